@@ -1,0 +1,125 @@
+//! One Markov chain.
+
+use crate::{Mutation, RandomSource, Target};
+
+/// A number that no correct kernel or target gives. The proposal is rejected and the fault reported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The target density of the candidate is NaN, infinite or the logarithm of a negative number.
+    Target,
+    /// The density of the proposal just made is NaN, infinite or zero.
+    Forward,
+    /// The density of the way back is NaN or infinite.
+    Backward,
+}
+
+/// What one transition did. Statistics and splats are folds over these.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step<P, F> {
+    /// No candidate was built: the chain stays.
+    NotProposed(F),
+    /// A candidate was built and accepted with probability `acceptance`.
+    Tried {
+        /// The plan of the proposal.
+        plan: P,
+        /// Hastings' acceptance probability, in `[0, 1]`.
+        acceptance: f64,
+        /// Whether the chain moved.
+        accepted: bool,
+    },
+    /// A candidate was built but a density of it was not a number: rejected.
+    Faulty {
+        /// The plan of the proposal.
+        plan: P,
+        /// Which density.
+        fault: Fault,
+    },
+}
+
+/// A state, the room for a candidate, and the target's value at each.
+#[derive(Clone, Debug)]
+pub struct Chain<S, V> {
+    current: S,
+    other: S,
+    value: V,
+    other_value: V,
+}
+
+impl<S: Clone, V: Copy> Chain<S, V> {
+    /// A chain that starts at `state`.
+    pub fn new<T: Target<State = S, Value = V>>(state: S, target: &T) -> Self {
+        let value = target.evaluate(&state);
+        Self { other: state.clone(), current: state, value, other_value: value }
+    }
+
+    /// Where the chain is, with the target's value there.
+    pub fn current(&self) -> (&S, &V) {
+        (&self.current, &self.value)
+    }
+
+    /// After [`Step::Tried`]: the state the chain is *not* in (the candidate if it was rejected, the state before if it
+    /// was accepted), with the target's value there.
+    pub fn other(&self) -> (&S, &V) {
+        (&self.other, &self.other_value)
+    }
+
+    /// One Metropolis-Hastings transition (Hastings 1970): from x propose y with density T(x→y), accept with
+    /// probability `min(1, f(y) T(y→x) / (f(x) T(x→y)))`.
+    ///
+    /// A candidate is never redrawn: whatever cannot be built or has no way back is a rejection.
+    #[inline]
+    pub fn step<T, M>(
+        &mut self,
+        target: &T,
+        mutation: &M,
+        space: &M::Space,
+        rng: &mut impl RandomSource,
+    ) -> Step<M::Plan, M::Failure>
+    where
+        T: Target<State = S, Value = V>,
+        M: Mutation<State = S>,
+    {
+        let plan = match mutation.propose(space, &self.current, &mut self.other, rng) {
+            Ok(plan) => plan,
+            Err(reason) => return Step::NotProposed(reason),
+        };
+        self.other_value = target.evaluate(&self.other);
+        let acceptance = match self.acceptance::<T, M>(mutation, space, plan) {
+            Ok(acceptance) => acceptance,
+            Err(fault) => return Step::Faulty { plan, fault },
+        };
+        let accepted = rng.uniform() < acceptance;
+        if accepted {
+            std::mem::swap(&mut self.current, &mut self.other);
+            std::mem::swap(&mut self.value, &mut self.other_value);
+        }
+        Step::Tried { plan, acceptance, accepted }
+    }
+
+    /// Hastings' acceptance probability for the candidate in `other`.
+    #[inline]
+    fn acceptance<T, M>(&self, mutation: &M, space: &M::Space, plan: M::Plan) -> Result<f64, Fault>
+    where
+        T: Target<State = S, Value = V>,
+        M: Mutation<State = S>,
+    {
+        let invalid = |ln: f64| ln.is_nan() || ln == f64::INFINITY;
+        let ln_fy = T::ln_density(&self.other_value);
+        if invalid(ln_fy) {
+            return Err(Fault::Target);
+        }
+        if ln_fy == f64::NEG_INFINITY {
+            return Ok(0.0);
+        }
+        let forward = mutation.ln_density(space, &self.current, &self.other, plan);
+        if !forward.is_finite() {
+            return Err(Fault::Forward);
+        }
+        let backward = mutation.ln_density(space, &self.other, &self.current, plan);
+        if invalid(backward) {
+            return Err(Fault::Backward);
+        }
+        let ln_ratio = (ln_fy - forward) - (T::ln_density(&self.value) - backward);
+        Ok(if ln_ratio >= 0.0 { 1.0 } else { ln_ratio.exp() })
+    }
+}

@@ -1,0 +1,44 @@
+//! A scene as a file states it: what `ergodic-assets` makes and [`Scene::new`](crate::Scene::new) builds from.
+
+use ergodic_geometry::Mesh;
+use ergodic_scattering::{Material, PunctualLight, Texture};
+use glam::DAffine3;
+
+/// A mesh placed in the world with a material.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    /// Index into [`SceneDescription::meshes`].
+    pub mesh: usize,
+    /// Index into [`SceneDescription::materials`].
+    pub material: usize,
+    /// From the mesh's space to the world.
+    pub transform: DAffine3,
+}
+
+/// A perspective pinhole camera. It looks along its local -z with +y up, as glTF has it.
+#[derive(Clone, Debug)]
+pub struct CameraDescription {
+    /// Name in the file; may be empty.
+    pub name: String,
+    /// From camera space to the world. Scale in it is ignored.
+    pub transform: DAffine3,
+    /// Full vertical field of view in radians, in (0, pi).
+    pub vertical_fov: f64,
+}
+
+/// All that a scene is.
+#[derive(Clone, Debug, Default)]
+pub struct SceneDescription {
+    /// Meshes, one for each glTF primitive.
+    pub meshes: Vec<Mesh>,
+    /// Where they stand.
+    pub placements: Vec<Placement>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Textures, sRGB ones decoded.
+    pub textures: Vec<Texture>,
+    /// Lights of KHR_lights_punctual, in world space.
+    pub lights: Vec<PunctualLight>,
+    /// The cameras the file has, in world space.
+    pub cameras: Vec<CameraDescription>,
+}

@@ -5,11 +5,13 @@
 //! a [`Target`]. Nothing here knows about rendering, threads or files.
 
 mod chain;
+mod ln_product;
 mod mixture;
 mod mutation;
 mod random;
 
 pub use chain::{Chain, Fault, Step};
+pub use ln_product::LnProduct;
 pub use mixture::{Mixture, MixtureError, NotProposed};
 pub use mutation::{Mutation, Target};
 pub use random::{RandomSource, Replay};

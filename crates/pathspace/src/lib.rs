@@ -1,1 +1,26 @@
-//! x
+//! Path space (Veach 8-10): scene, vertices, paths, the measurement contribution, densities of every strategy, walks,
+//! connection and multiple importance sampling.
+
+mod bidirectional;
+mod contribution;
+pub mod density;
+mod description;
+mod edge;
+mod error;
+mod lights;
+mod path;
+mod scene;
+mod space;
+mod subpath;
+mod vertex;
+
+pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
+pub use contribution::{Contribution, contribution, raster};
+pub use description::{CameraDescription, Placement, SceneDescription};
+pub use edge::Edge;
+pub use error::SceneError;
+pub use path::{Path, PathClass};
+pub use scene::{Scene, View, rays_traced};
+pub use space::{LuminanceTarget, Measured, PathSpace};
+pub use subpath::{End, Roulette, Subpath};
+pub use vertex::{Kind, Vertex};

@@ -1,1 +1,158 @@
-//! x
+//! From a scene and settings to a picture: film, seeding and b, scheduling, statistics, and the estimators path tracing,
+//! bidirectional path tracing and Metropolis light transport.
+
+mod bidirectional;
+mod chain_runner;
+mod film;
+mod mlt;
+mod observer;
+mod path_tracer;
+mod sampling;
+mod seeding;
+mod settings;
+pub mod statistics;
+mod streams;
+
+pub use bidirectional::BidirectionalPathTracer;
+pub use chain_runner::{ChainRunner, FaultRecord, Ledger};
+pub use film::{Film, Picture};
+pub use mlt::{MltReport, replay, replay_with};
+pub use observer::{Observer, Stage, Unobserved};
+pub use path_tracer::PathTracer;
+pub use sampling::{Estimator, Sampled, sample_image};
+pub use seeding::Seeds;
+pub use settings::{Budget, Direct, FilterSettings, Method, MltSettings, RouletteSettings, Seeding, Settings};
+pub use streams::{Purpose, stream};
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ergodic_metropolis::MixtureError;
+use ergodic_pathspace::Scene;
+use thiserror::Error;
+
+/// What a render came to.
+#[derive(Clone, Debug)]
+pub struct Rendering {
+    /// The picture.
+    pub picture: Picture,
+    /// The method.
+    pub method: Method,
+    /// Seconds of wall time in all.
+    pub seconds: f64,
+    /// Threads used.
+    pub threads: usize,
+    /// Rays traced, shadow rays included.
+    pub rays: u64,
+    /// Samples taken in each pixel (path, bidirectional) or mutations a pixel (mlt).
+    pub samples_per_pixel: f64,
+    /// Contributions that were not finite and were left out.
+    pub refused: u64,
+    /// What Metropolis light transport found.
+    pub mlt: Option<MltReport>,
+}
+
+/// Why nothing was rendered.
+#[derive(Debug, Error)]
+pub enum RenderError {
+    /// A setting is out of range.
+    #[error("{0}")]
+    Settings(String),
+    /// The mixture is empty.
+    #[error("mlt.mutations: {0}")]
+    Mixture(#[from] MixtureError),
+    /// No worker threads.
+    #[error("cannot start {threads} threads: {reason}; give a smaller number")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system said.
+        reason: String,
+    },
+}
+
+/// Bytes that the films of all batches may take together.
+const FILM_MEMORY: usize = 1 << 30;
+/// The greatest number of batches; enough to keep many threads busy.
+const MAX_BATCHES: usize = 64;
+
+/// Number of parts into which work is cut. It depends on the picture only, never on the number of threads.
+pub(crate) fn batches(width: u32, height: u32) -> usize {
+    let film = width as usize * height as usize * std::mem::size_of::<ergodic_scattering::Rgb>();
+    (FILM_MEMORY / film).clamp(2, MAX_BATCHES)
+}
+
+/// Renders `scene` as `settings` say. The scene must have been built for the settings' camera, size and filter.
+///
+/// # Errors
+///
+/// Settings out of range, or threads that cannot be started.
+pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
+    settings.validate().map_err(RenderError::Settings)?;
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(settings.threads)
+        .build()
+        .map_err(|e| RenderError::Threads { threads: settings.threads, reason: e.to_string() })?;
+    let start = Instant::now();
+    let mut rendering = pool.install(|| match settings.method {
+        Method::Path => {
+            let estimator = PathTracer::new(settings.lengths(), settings.roulette.roulette());
+            Ok(independent(scene, &estimator, settings, Purpose::PathTracer, observer))
+        }
+        Method::Bidirectional => {
+            let estimator = BidirectionalPathTracer::new(settings.lengths(), settings.roulette.roulette());
+            Ok(independent(scene, &estimator, settings, Purpose::Bidirectional, observer))
+        }
+        Method::Mlt => metropolis(scene, settings, start, observer),
+    })?;
+    rendering.seconds = start.elapsed().as_secs_f64();
+    rendering.threads = pool.current_num_threads();
+    Ok(rendering)
+}
+
+fn independent(
+    scene: &Arc<Scene>,
+    estimator: &(impl Estimator + Sync),
+    settings: &Settings,
+    purpose: Purpose,
+    observer: &dyn Observer,
+) -> Rendering {
+    let sampled = sample_image(
+        scene,
+        estimator,
+        settings.size,
+        settings.filter.filter(),
+        settings.budget,
+        (settings.seed, purpose),
+        (Stage::Rendering, observer),
+    );
+    Rendering {
+        picture: sampled.picture(scene),
+        method: settings.method,
+        seconds: 0.0,
+        threads: 0,
+        rays: sampled.rays,
+        samples_per_pixel: sampled.passes as f64,
+        refused: sampled.film.refused(),
+        mlt: None,
+    }
+}
+
+fn metropolis(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    start: Instant,
+    observer: &dyn Observer,
+) -> Result<Rendering, RenderError> {
+    let rendered = mlt::render(scene, settings, start, observer)?;
+    Ok(Rendering {
+        picture: rendered.picture,
+        method: settings.method,
+        seconds: 0.0,
+        threads: 0,
+        rays: rendered.rays,
+        samples_per_pixel: rendered.report.mutations as f64 / scene.camera().image_area_pixels(),
+        refused: rendered.refused,
+        mlt: Some(rendered.report),
+    })
+}

@@ -1,0 +1,317 @@
+//! Bidirectional mutation (Veach 11.4.2): deletes a run of vertices and inserts another, possibly of different length, by
+//! bidirectional sampling between the two ends that are kept. It alone makes the chain ergodic.
+//!
+//! With l the last kept vertex on the light's side (-1 if none) and m the first kept on the eye's, `prefix` = l + 1 and
+//! `suffix` = k + 1 - m. The pinhole is always kept: sampling it again would give the same point.
+
+use ergodic_metropolis::{Mutation, RandomSource};
+use ergodic_pathspace::{Edge, Path, PathSpace, Scene, density};
+use ergodic_scattering::Component;
+use serde::{Deserialize, Serialize};
+
+use crate::chains::{connect, trace};
+use crate::{PathMutation, Rejection, Splice};
+
+/// Bidirectional mutation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Bidirectional {}
+
+/// Running products are renormalised beyond this, far inside the range of f64.
+const RENORMALISE: f64 = 1e100;
+
+/// The greatest change of length in one mutation.
+const MAX_CHANGE: usize = 8;
+
+/// Probability, up to normalisation, of deleting `edges` edges (Veach 11.4.2.1, p_{d,1}).
+fn deletion_weight(edges: usize) -> f64 {
+    match edges {
+        1 => 0.25,
+        2 => 0.5,
+        n => (-(n as f64)).exp2(),
+    }
+}
+
+/// Probability, up to normalisation, of inserting as many edges as are deleted, changed by `change` (p_{a,1}).
+fn insertion_weight(change: usize) -> f64 {
+    match change {
+        0 => 0.5,
+        1 => 0.15,
+        n => 0.2 * (-(n as f64)).exp2(),
+    }
+}
+
+/// The discrete choices of the mutation, in one place for both sampler and density.
+struct Choices {
+    /// Edges of the path that is changed.
+    k: usize,
+}
+
+impl Choices {
+    /// Number of places for a deletion of `deleted` edges: m - l = deleted, -1 <= l, m <= k. Deleting only the edge
+    /// before vertex 0, which is none, changes nothing.
+    fn places(&self, deleted: usize) -> usize {
+        if deleted == 1 { self.k } else { self.k + 2 - deleted }
+    }
+
+    fn max_deleted(&self) -> usize {
+        self.k + 1
+    }
+
+    fn deletion_total(&self) -> f64 {
+        // 1/4 + 1/2 + sum over n = 3 ..= k + 1 of 2^-n.
+        match self.max_deleted() {
+            2 => 0.75,
+            most => 1.0 - (-(most as f64)).exp2(),
+        }
+    }
+
+    /// A deletion: (prefix, number of deleted edges).
+    fn choose_deletion(&self, rng: &mut impl RandomSource) -> (usize, usize) {
+        let mut remaining = rng.uniform() * self.deletion_total();
+        let mut deleted = 1;
+        while deleted < self.max_deleted() {
+            remaining -= deletion_weight(deleted);
+            if remaining < 0.0 {
+                break;
+            }
+            deleted += 1;
+        }
+        let place = rng.below(self.places(deleted));
+        (if deleted == 1 { place + 1 } else { place }, deleted)
+    }
+
+    fn deletion_probability(&self, prefix: usize, deleted: usize) -> f64 {
+        if deleted == 0 || deleted > self.max_deleted() || (deleted == 1 && prefix == 0) {
+            return 0.0;
+        }
+        deletion_weight(deleted) / (self.deletion_total() * self.places(deleted) as f64)
+    }
+
+    /// The numbers of edges that may be inserted: the new length is allowed, and something changes.
+    fn insertions(&self, space: &PathSpace, prefix: usize, deleted: usize) -> std::ops::RangeInclusive<usize> {
+        let kept = self.k as isize - deleted as isize;
+        let least_allowed = space.lengths.min_edges.max(1) as isize - kept;
+        // One edge in place of one is the same path; one edge before vertex 0 would make no light vertex.
+        let least_change = if deleted == 1 || prefix == 0 { 2 } else { 1 };
+        let least = least_allowed.max(least_change).max(deleted as isize - MAX_CHANGE as isize);
+        let most = (space.lengths.max_edges as isize - kept).min((deleted + MAX_CHANGE) as isize);
+        least as usize..=most.max(0) as usize
+    }
+
+    fn insertion_total(range: std::ops::RangeInclusive<usize>, deleted: usize) -> f64 {
+        range.map(|inserted| insertion_weight(inserted.abs_diff(deleted))).sum()
+    }
+
+    fn choose_insertion(
+        &self,
+        space: &PathSpace,
+        prefix: usize,
+        deleted: usize,
+        rng: &mut impl RandomSource,
+    ) -> Option<usize> {
+        let range = self.insertions(space, prefix, deleted);
+        let mut remaining = rng.uniform() * Self::insertion_total(range.clone(), deleted);
+        let mut last = None;
+        for inserted in range {
+            last = Some(inserted);
+            remaining -= insertion_weight(inserted.abs_diff(deleted));
+            if remaining < 0.0 {
+                break;
+            }
+        }
+        last
+    }
+
+    fn insertion_probability(&self, space: &PathSpace, prefix: usize, deleted: usize, inserted: usize) -> f64 {
+        let range = self.insertions(space, prefix, deleted);
+        if !range.contains(&inserted) {
+            return 0.0;
+        }
+        insertion_weight(inserted.abs_diff(deleted)) / Self::insertion_total(range, deleted)
+    }
+}
+
+impl Bidirectional {
+    /// Samples `count` vertices from the light's side, from index `first` on.
+    fn walk_from_light(
+        space: &PathSpace,
+        y: &mut Path,
+        first: usize,
+        count: usize,
+        rng: &mut impl RandomSource,
+    ) -> Result<(), Rejection> {
+        let scene = &*space.scene;
+        for i in first..first + count {
+            if i == 0 {
+                y.vertices[0] = scene.sample_emitter(rng);
+                continue;
+            }
+            y.vertices[i] = if i == 1 {
+                scene.sample_emission(&y.vertices[0], rng).ok_or(Rejection::Escaped)?
+            } else {
+                let before = &mut y.vertices[i - 1];
+                let w_from = -y.edges[i - 2].direction;
+                let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+                let (w, component) = before.interaction.sample(w_from, u).ok_or(Rejection::Absorbed)?;
+                before.component = component;
+                trace(scene, &y.vertices[i - 1], w)?
+            };
+            y.edges[i - 1] = Edge::new(scene, &y.vertices[i - 1], &y.vertices[i]);
+        }
+        Ok(())
+    }
+
+    /// Samples `count` vertices from the eye's side, from index `last` down.
+    fn walk_from_eye(
+        space: &PathSpace,
+        y: &mut Path,
+        last: usize,
+        count: usize,
+        rng: &mut impl RandomSource,
+    ) -> Result<(), Rejection> {
+        let scene = &*space.scene;
+        let k = y.length();
+        for i in (last + 1 - count..=last).rev() {
+            let w = if i + 1 == k {
+                scene.camera().sample([rng.uniform(), rng.uniform()])
+            } else {
+                let before = &mut y.vertices[i + 1];
+                let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+                let (w, component) =
+                    before.interaction.sample(y.edges[i + 1].direction, u).ok_or(Rejection::Absorbed)?;
+                before.component = component;
+                w
+            };
+            y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
+            y.edges[i] = Edge::new(scene, &y.vertices[i], &y.vertices[i + 1]);
+        }
+        Ok(())
+    }
+
+    /// Makes vertex `i` an end of the connection.
+    fn make_connectable(y: &mut Path, i: usize) -> Result<(), Rejection> {
+        let k = y.length();
+        let vertex = &mut y.vertices[i];
+        if i > 0 && i < k && !vertex.interaction.has_rough() {
+            return Err(Rejection::NotConnectable);
+        }
+        vertex.component = Component::Rough;
+        Ok(())
+    }
+}
+
+impl PathMutation for Bidirectional {
+    const ERGODIC: bool = true;
+
+    fn validate(&self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+impl Mutation for Bidirectional {
+    type Space = PathSpace;
+    type State = Path;
+    type Plan = Splice;
+    type Failure = Rejection;
+
+    fn propose(
+        &self,
+        space: &PathSpace,
+        x: &Path,
+        y: &mut Path,
+        rng: &mut impl RandomSource,
+    ) -> Result<Splice, Rejection> {
+        let scene = &*space.scene;
+        let k = x.length();
+        let choices = Choices { k };
+        let (prefix, deleted) = choices.choose_deletion(rng);
+        let inserted = choices.choose_insertion(space, prefix, deleted, rng).ok_or(Rejection::NoLength)?;
+        // s vertices from the light's side, the others from the eye's: `inserted` ways, all as likely.
+        let s = rng.below(inserted);
+        let t = inserted - 1 - s;
+        // m = l + deleted, so the suffix is what follows vertex m - 1 = prefix + deleted - 2.
+        let first_kept = prefix + deleted - 1;
+        let suffix = k + 1 - first_kept;
+
+        y.clear();
+        y.vertices.extend_from_slice(&x.vertices[..prefix]);
+        y.edges.extend_from_slice(&x.edges[..prefix.saturating_sub(1)]);
+        // Room for the new vertices and edges; what is copied here is overwritten below.
+        y.vertices.resize(prefix + inserted - 1, x.vertices[k]);
+        y.edges.resize(prefix + inserted - 1, x.edges[0]);
+        y.vertices.extend_from_slice(&x.vertices[first_kept..]);
+        y.edges.extend_from_slice(&x.edges[first_kept..]);
+
+        Self::walk_from_light(space, y, prefix, s, rng)?;
+        if t > 0 {
+            Self::walk_from_eye(space, y, prefix + inserted - 2, t, rng)?;
+        }
+        if prefix + s == 0 {
+            // Nothing from the light's side: the walk from the eye must have landed on a light.
+            if scene.emitted(&y.vertices[0], y.edges[0].direction).max_element() <= 0.0 {
+                return Err(Rejection::NoEmitter);
+            }
+            y.vertices[0].component = Component::Rough;
+        } else {
+            let end = prefix + s - 1;
+            Self::make_connectable(y, end)?;
+            Self::make_connectable(y, end + 1)?;
+            if end + 1 == y.length() {
+                let edge = Edge::new(scene, &y.vertices[end], &y.vertices[end + 1]);
+                if scene.camera().raster(-edge.direction).is_none() {
+                    return Err(Rejection::OffFilm);
+                }
+            }
+            connect(scene, y, end)?;
+        }
+        Ok(Splice { prefix, suffix })
+    }
+
+    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        let scene = &*space.scene;
+        let Splice { prefix, suffix } = plan;
+        let new_end = to.vertices.len() - suffix;
+        let inserted = new_end - prefix + 1;
+        let deleted = from.vertices.len() - suffix - prefix + 1;
+        let choices = Choices { k: from.length() };
+        let discrete = choices.deletion_probability(prefix, deleted)
+            * choices.insertion_probability(space, prefix, deleted, inserted)
+            / inserted as f64;
+        if discrete <= 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        let ln_sum = Self::ln_sum_over_splits(scene, to, prefix, new_end);
+        discrete.ln() + ln_sum
+    }
+}
+
+impl Bidirectional {
+    /// ln of the sum over all splits of the new vertices `prefix .. new_end` into some from the light and the rest from
+    /// the eye, each of which could have made them.
+    ///
+    /// With l and e the densities from either side, sum = Σ_s Π_{i<s} l_i Π_{i>=s} e_i over the splits that exist, in one
+    /// pass from the light: multiplying what is there by e_i, then adding the split after i.
+    fn ln_sum_over_splits(scene: &Scene, path: &Path, prefix: usize, new_end: usize) -> f64 {
+        let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
+        let mut ln_scale = 0.0;
+        let mut from_light = 1.0;
+        let mut sum = if density::strategy_exists(vertices, prefix) { 1.0 } else { 0.0 };
+        for i in prefix..new_end {
+            if sum != 0.0 {
+                sum *= density::pdf_area_from_eye(scene, vertices, edges, i);
+            }
+            from_light *= density::pdf_area_from_light(scene, vertices, edges, i);
+            if density::strategy_exists(vertices, i + 1) {
+                sum += from_light;
+            }
+            let size = from_light.max(sum);
+            if !(1.0 / RENORMALISE..=RENORMALISE).contains(&size) && size > 0.0 && size.is_finite() {
+                from_light /= size;
+                sum /= size;
+                ln_scale += size.ln();
+            }
+        }
+        sum.ln() + ln_scale
+    }
+}

@@ -1,0 +1,97 @@
+//! The perturbation sizes of Veach 11.4.3: radii whose logarithm is uniform, on the image plane and around a direction.
+
+use ergodic_geometry::Frame;
+use ergodic_metropolis::RandomSource;
+use glam::{DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+
+/// A range of jump sizes r = r₂ exp(-ln(r₂/r₁) u), in pixels or in radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct JumpRange {
+    min: f64,
+    max: f64,
+    ln_ratio: f64,
+}
+
+/// A size recomputed from two paths may differ from the size drawn by rounding; ranges are this much wider when looked
+/// at from outside. It only has to exceed the rounding of angles between unit vectors, about 1e-16 / 1e-7.
+const SLACK: f64 = 1e-6;
+
+impl JumpRange {
+    /// Sizes from `min` to `max`, 0 < min < max.
+    pub(crate) fn new(min: f64, max: f64) -> Self {
+        Self { min, max, ln_ratio: (max / min).ln() }
+    }
+
+    fn size(&self, u: f64) -> f64 {
+        self.max * (-self.ln_ratio * u).exp()
+    }
+
+    fn contains(&self, size: f64) -> bool {
+        size >= self.min * (1.0 - SLACK) && size <= self.max * (1.0 + SLACK)
+    }
+
+    /// A displacement in the plane, the angle uniform.
+    pub(crate) fn displace(&self, rng: &mut impl RandomSource) -> DVec2 {
+        let size = self.size(rng.uniform());
+        DVec2::from_angle(TAU * rng.uniform()) * size
+    }
+
+    /// Density of a displacement per unit area: 1 / (2π r² ln(r₂/r₁)).
+    pub(crate) fn pdf_area(&self, displacement: DVec2) -> f64 {
+        let size = displacement.length();
+        if self.contains(size) { 1.0 / (TAU * size * size * self.ln_ratio) } else { 0.0 }
+    }
+
+    /// A unit direction turned from `w` by an angle drawn from the range.
+    pub(crate) fn turn(&self, w: DVec3, rng: &mut impl RandomSource) -> DVec3 {
+        let theta = self.size(rng.uniform());
+        let (sin_phi, cos_phi) = (TAU * rng.uniform()).sin_cos();
+        let (sin, cos) = theta.sin_cos();
+        let frame = Frame::from_normal(w);
+        (frame.t * (sin * cos_phi) + frame.b * (sin * sin_phi) + w * cos).normalize()
+    }
+
+    /// Density of a turned direction per solid angle: 1 / (2π θ sin θ ln(θ₂/θ₁)).
+    pub(crate) fn pdf_solid_angle(&self, from: DVec3, to: DVec3) -> f64 {
+        let theta = angle_between(from, to);
+        if self.contains(theta) && theta < PI { 1.0 / (TAU * theta * theta.sin() * self.ln_ratio) } else { 0.0 }
+    }
+}
+
+/// The angle between two unit vectors by 2 asin(|a - b| / 2), which keeps its relative accuracy for small angles where
+/// acos of the dot product has none.
+pub(crate) fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    2.0 * ((a - b).length() * 0.5).min(1.0).asin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ergodic_metropolis::Replay;
+
+    #[test]
+    fn the_angle_keeps_its_accuracy_when_small() {
+        for exponent in 1..12 {
+            let theta = 10f64.powi(-exponent);
+            let (sin, cos) = theta.sin_cos();
+            let measured = angle_between(DVec3::Z, DVec3::new(sin, 0.0, cos));
+            assert!((measured / theta - 1.0).abs() < 1e-4 * 1e-8 / theta.min(1e-8), "{theta} {measured}");
+        }
+    }
+
+    #[test]
+    fn what_is_drawn_lies_in_the_range_and_has_a_density() {
+        let range = JumpRange::new(1e-4, 0.3);
+        let w = DVec3::new(0.3, -0.5, 0.8).normalize();
+        for i in 0..1000 {
+            let u = f64::from(i) / 1000.0;
+            let mut numbers = Replay::new(vec![u, (u * 7.0).fract()]);
+            assert!(range.pdf_solid_angle(w, range.turn(w, &mut numbers)) > 0.0);
+            let mut numbers = Replay::new(vec![u, (u * 7.0).fract()]);
+            assert!(range.pdf_area(range.displace(&mut numbers)) > 0.0);
+        }
+        assert_eq!(range.pdf_solid_angle(w, w), 0.0);
+        assert_eq!(range.pdf_solid_angle(w, -w), 0.0);
+    }
+}

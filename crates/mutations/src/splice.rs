@@ -1,0 +1,59 @@
+//! What every path mutation says of its proposals.
+
+/// How many vertices survive at each end. Symmetric in the two paths: the same splice describes the way back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Splice {
+    /// Vertices kept at the light end.
+    pub prefix: usize,
+    /// Vertices kept at the eye end.
+    pub suffix: usize,
+}
+
+/// Why a candidate could not be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejection {
+    /// A ray left the scene.
+    Escaped,
+    /// The image point left the film.
+    OffFilm,
+    /// A traced vertex lacks the component that the path has there.
+    WrongComponent,
+    /// The connecting edge is blocked.
+    Occluded,
+    /// The connection would end on a Dirac component.
+    NotConnectable,
+    /// The last traced vertex does not emit.
+    NoEmitter,
+    /// The surface scatters nothing in the direction drawn.
+    Absorbed,
+    /// No length that could be inserted is allowed.
+    NoLength,
+}
+
+impl Rejection {
+    /// All reasons, in the order in which tables show them.
+    pub const ALL: [Self; 8] = [
+        Self::Escaped,
+        Self::OffFilm,
+        Self::WrongComponent,
+        Self::Occluded,
+        Self::NotConnectable,
+        Self::NoEmitter,
+        Self::Absorbed,
+        Self::NoLength,
+    ];
+
+    /// A name for tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Escaped => "escaped",
+            Self::OffFilm => "off_film",
+            Self::WrongComponent => "wrong_component",
+            Self::Occluded => "occluded",
+            Self::NotConnectable => "not_connectable",
+            Self::NoEmitter => "no_emitter",
+            Self::Absorbed => "absorbed",
+            Self::NoLength => "no_length",
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! The scene as paths see it: points of surfaces, lights, the camera, visibility. Built once, then read only.
+//!
+//! The scene lives in a space of its own: recentred on the bounding box and scaled by a power of two so that its larger
+//! half extent lies in [1/2, 1). Lights and absorption are scaled with it, so that the picture does not depend on the
+//! file's units.
+
+use std::cell::Cell;
+
+use ergodic_geometry::{Hit, Instance, Ray, World};
+use ergodic_metropolis::RandomSource;
+use ergodic_scattering::{
+    Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
+};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
+
+use crate::lights::{Emitter, Lights};
+use crate::vertex::NO_EMITTER;
+use crate::{CameraDescription, Kind, SceneDescription, SceneError, Vertex};
+
+thread_local! {
+    static RAYS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Rays, shadow rays included, that this thread has traced so far. A plain counter: nothing that is rendered depends on it.
+pub fn rays_traced() -> u64 {
+    RAYS.get()
+}
+
+#[inline]
+fn count_ray() {
+    RAYS.set(RAYS.get() + 1);
+}
+
+/// The image that a scene is looked at through.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The camera, in the description's space.
+    pub camera: CameraDescription,
+    /// Width of the image in pixels.
+    pub width: u32,
+    /// Height of the image in pixels.
+    pub height: u32,
+    /// Pixels by which the raster domain is wider than the image on each side: what the reconstruction filter reaches
+    /// beyond the outermost pixel centres, less half a pixel.
+    pub margin: f64,
+}
+
+/// A scene ready for light transport.
+#[derive(Debug)]
+pub struct Scene {
+    world: World,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    material_of_instance: Vec<u32>,
+    /// Index of an instance's first emissive triangle, or [`NO_EMITTER`].
+    first_emitter: Vec<u32>,
+    lights: Lights,
+    camera: Camera,
+    radius: f64,
+    scale: f64,
+    absorbs: bool,
+    /// Stands in where a vertex has no surface.
+    free_space: Interaction,
+}
+
+impl Scene {
+    /// Builds the scene for one view.
+    ///
+    /// # Errors
+    ///
+    /// No triangle, no light, a light that emits nothing, or geometry that is not finite.
+    pub fn new(description: SceneDescription, view: &View) -> Result<Self, SceneError> {
+        let (low, high) = bounds(&description).ok_or(SceneError::NoTriangles)?;
+        let half_extent = ((high - low) * 0.5).max_element();
+        if !half_extent.is_finite() || half_extent <= 0.0 {
+            return Err(SceneError::NoExtent);
+        }
+        // A power of two: scaling by it rounds nothing.
+        let scale = (-half_extent.log2().floor() - 1.0).exp2();
+        let centre = (low + high) * 0.5;
+        let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
+
+        let SceneDescription { meshes, placements, mut materials, textures, lights, .. } = description;
+        let instances = placements
+            .iter()
+            .map(|p| Instance { mesh: p.mesh as u32, transform: to_scene * p.transform })
+            .collect::<Vec<_>>();
+        let material_of_instance: Vec<u32> = placements.iter().map(|p| p.material as u32).collect();
+        let world = World::build(meshes, instances)?;
+        for material in &mut materials {
+            material.absorption /= scale;
+        }
+        let radius = {
+            let (low, high) = world.bounds();
+            (high - low).length() * 0.5
+        };
+
+        let mut first_emitter = vec![NO_EMITTER; placements.len()];
+        let mut triangles = Vec::new();
+        for (instance, &material) in material_of_instance.iter().enumerate() {
+            let material = &materials[material as usize];
+            if luminance(material.emission) <= 0.0 {
+                continue;
+            }
+            first_emitter[instance] = triangles.len() as u32;
+            for triangle in 0..world.triangle_count(instance as u32) as u32 {
+                let (area, power) = triangle_power(&world, &textures, material, instance as u32, triangle);
+                triangles.push((Emitter::Triangle { instance: instance as u32, triangle }, area, power));
+            }
+        }
+        let punctual = lights.iter().map(|light| scaled_light(light, &to_scene, scale)).collect();
+        let lights = Lights::new(triangles, punctual, radius);
+        if lights.is_empty() {
+            return Err(SceneError::NoLight);
+        }
+
+        let camera = Camera::new(
+            to_scene * rigid(&view.camera.transform),
+            view.camera.vertical_fov,
+            view.width,
+            view.height,
+            view.margin,
+        );
+        let absorbs = materials.iter().any(|m| m.solid && m.absorption.max_element() > 0.0);
+        let free_space = Interaction::none();
+        Ok(Self {
+            world,
+            materials,
+            textures,
+            material_of_instance,
+            first_emitter,
+            lights,
+            camera,
+            radius,
+            scale,
+            absorbs,
+            free_space,
+        })
+    }
+
+    /// The geometry.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The camera.
+    #[inline]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Materials, by [`Vertex`]'s own index.
+    pub fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
+    /// The factor from the file's unit of length to the scene's own.
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The point of the surface that was hit.
+    #[inline]
+    pub fn vertex(&self, hit: &Hit) -> Vertex {
+        let surface = self.world.surface(hit);
+        let index = self.material_of_instance[hit.instance as usize];
+        let material = &self.materials[index as usize];
+        let first = self.first_emitter[hit.instance as usize];
+        let (emitter, emission) = if first == NO_EMITTER {
+            (NO_EMITTER, Rgb::ZERO)
+        } else {
+            (first + hit.triangle, material.emitted(&self.textures, &surface))
+        };
+        Vertex {
+            kind: Kind::Surface,
+            component: Component::Rough,
+            emitter,
+            material: index,
+            position: surface.position,
+            interaction: material.interaction(&self.textures, &surface),
+            emission,
+        }
+    }
+
+    /// The first point seen from `from` in direction `w`.
+    #[inline]
+    pub fn trace(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
+        count_ray();
+        let ray = self.world.spawn(&from.anchor(), w);
+        self.world.intersect(&ray).map(|hit| self.vertex(&hit))
+    }
+
+    /// Whether two vertices see each other. Symmetric to the bit.
+    #[inline]
+    pub fn mutually_visible(&self, a: &Vertex, b: &Vertex) -> bool {
+        count_ray();
+        match (a.kind, b.kind) {
+            (Kind::DistantLight(_), _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
+            (_, Kind::DistantLight(_)) => self.world.escapes(&a.anchor(), -b.interaction.ng),
+            _ => self.world.visible(&a.anchor(), &b.anchor()),
+        }
+    }
+
+    /// Beer's transmittance between two neighbouring vertices.
+    ///
+    /// The medium is that of the solid whose inner side the segment leaves at its light side, else at its eye side.
+    #[inline]
+    pub(crate) fn transmittance(&self, light_side: &Vertex, eye_side: &Vertex, direction: DVec3, length: f64) -> Rgb {
+        if !self.absorbs {
+            return Rgb::ONE;
+        }
+        let inside = |vertex: &Vertex, w: DVec3| {
+            vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
+        };
+        let material = if inside(light_side, direction) {
+            light_side.material
+        } else if inside(eye_side, -direction) {
+            eye_side.material
+        } else {
+            return Rgb::ONE;
+        };
+        let depth = self.materials[material as usize].absorption * length;
+        Rgb::new((-depth.x).exp(), (-depth.y).exp(), (-depth.z).exp())
+    }
+
+    fn punctual_vertex(&self, index: u32) -> Vertex {
+        let light = &self.lights.punctual[index as usize];
+        let mut interaction = self.free_space;
+        let (kind, position) = match light {
+            PunctualLight::Directional { direction, .. } => {
+                interaction.ng = *direction;
+                (Kind::DistantLight(index), DVec3::ZERO)
+            }
+            PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => {
+                (Kind::PointLight(index), *position)
+            }
+        };
+        let emission = Rgb::ZERO;
+        let component = Component::Rough;
+        Vertex { kind, component, emitter: NO_EMITTER, material: 0, position, interaction, emission }
+    }
+
+    /// The camera as a vertex.
+    #[inline]
+    pub fn camera_vertex(&self) -> Vertex {
+        Vertex {
+            kind: Kind::Camera,
+            component: Component::Rough,
+            emitter: NO_EMITTER,
+            material: 0,
+            position: self.camera.position(),
+            interaction: self.free_space,
+            emission: Rgb::ZERO,
+        }
+    }
+
+    /// A point on a light, with density [`Self::emitter_pdf_area`].
+    #[inline]
+    pub fn sample_emitter(&self, rng: &mut impl RandomSource) -> Vertex {
+        match self.lights.choose(rng) {
+            Emitter::Punctual(index) => self.punctual_vertex(index),
+            Emitter::Triangle { instance, triangle } => {
+                let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
+                self.vertex(&Hit { instance, triangle, u, v, t: 0.0 })
+            }
+        }
+    }
+
+    /// Area density of a light vertex; the probability of the light for one without extent; 0 where nothing emits.
+    #[inline]
+    pub fn emitter_pdf_area(&self, vertex: &Vertex) -> f64 {
+        match vertex.kind {
+            Kind::Surface if vertex.emits() => self.lights.triangle_pdf_area(vertex.emitter),
+            Kind::Surface | Kind::Camera => 0.0,
+            Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual_probability(index),
+        }
+    }
+
+    /// Emitted radiance (surface), radiant intensity (point light) or irradiance (distant light) in direction `w`.
+    #[inline]
+    pub fn emitted(&self, vertex: &Vertex, w: DVec3) -> Rgb {
+        match vertex.kind {
+            Kind::Surface if vertex.emits() => {
+                emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w)
+            }
+            Kind::Surface | Kind::Camera => Rgb::ZERO,
+            Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
+        }
+    }
+
+    fn double_sided(&self, vertex: &Vertex) -> bool {
+        self.materials[vertex.material as usize].double_sided
+    }
+
+    /// Solid-angle density of the emitted direction `w`; for a distant light the area density on its disk.
+    #[inline]
+    pub fn emission_pdf(&self, vertex: &Vertex, w: DVec3) -> f64 {
+        match vertex.kind {
+            Kind::Surface if vertex.emits() => {
+                emission::pdf_direction(self.double_sided(vertex), vertex.interaction.ng, w)
+            }
+            Kind::Surface | Kind::Camera => 0.0,
+            Kind::PointLight(index) => self.lights.punctual[index as usize].pdf_direction(w),
+            Kind::DistantLight(_) => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
+        }
+    }
+
+    /// The next vertex of a light subpath that starts at `light`, with density [`Self::emission_pdf`].
+    #[inline]
+    pub fn sample_emission(&self, light: &Vertex, rng: &mut impl RandomSource) -> Option<Vertex> {
+        let u = [rng.uniform(), rng.uniform()];
+        let w = match light.kind {
+            Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
+            Kind::PointLight(index) => self.lights.punctual[index as usize].sample_direction(u),
+            Kind::DistantLight(_) => {
+                count_ray();
+                let direction = light.interaction.ng;
+                let frame = ergodic_geometry::Frame::from_normal(direction);
+                let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
+                // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
+                let origin = frame.t * x + frame.b * y - direction * (2.0 * self.radius) + self.centre();
+                return self.world.intersect(&Ray { origin, direction }).map(|hit| self.vertex(&hit));
+            }
+            Kind::Camera => return None,
+        };
+        self.trace(light, w)
+    }
+
+    fn centre(&self) -> DVec3 {
+        let (low, high) = self.world.bounds();
+        (low + high) * 0.5
+    }
+}
+
+/// The bounding box of all placed vertices; `None` without triangles.
+pub(crate) fn bounds(description: &SceneDescription) -> Option<(DVec3, DVec3)> {
+    let mut bounds: Option<(DVec3, DVec3)> = None;
+    for placement in &description.placements {
+        let mesh = &description.meshes[placement.mesh];
+        for index in mesh.triangles.iter().flatten() {
+            let Some(&position) = mesh.positions.get(*index as usize) else { continue };
+            let p = placement.transform.transform_point3(position);
+            bounds = Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))));
+        }
+    }
+    bounds
+}
+
+/// The rotation and translation of a transform, without scale.
+fn rigid(transform: &DAffine3) -> DAffine3 {
+    let m = transform.matrix3;
+    let z = m.z_axis.normalize_or(DVec3::Z);
+    let y = m.y_axis.reject_from_normalized(z).normalize_or(z.any_orthonormal_vector());
+    let matrix3 = DMat3::from_cols(y.cross(z), y, z);
+    DAffine3 { matrix3, translation: transform.translation }
+}
+
+/// A light in the scene's own space: intensity grows with the square of the scale, irradiance stays.
+fn scaled_light(light: &PunctualLight, to_scene: &DAffine3, scale: f64) -> PunctualLight {
+    let mut light = *light;
+    match &mut light {
+        PunctualLight::Point { position, intensity } | PunctualLight::Spot { position, intensity, .. } => {
+            *position = to_scene.transform_point3(*position);
+            *intensity *= scale * scale;
+        }
+        PunctualLight::Directional { .. } => {}
+    }
+    light
+}
+
+/// Number of points at which a textured emitter's radiance is averaged to weigh its triangles.
+const POWER_SAMPLES: usize = 16;
+
+/// A textured triangle weighs at least this share of its untextured power, so that no bright spot between the averaged
+/// points has density 0.
+const POWER_FLOOR: f64 = 0.05;
+
+/// Area of an emissive triangle and the luminous power that weighs it. Degenerate triangles have power 0.
+fn triangle_power(
+    world: &World,
+    textures: &[Texture],
+    material: &Material,
+    instance: u32,
+    triangle: u32,
+) -> (f64, f64) {
+    let [a, b, c] = world.triangle(instance, triangle);
+    let area = (b - a).cross(c - a).length() * 0.5;
+    let full = luminance(material.emission);
+    let radiance = if material.emission_texture.is_some() {
+        let sum: f64 = (0..POWER_SAMPLES)
+            .map(|i| {
+                let (u, v) = warp::uniform_triangle([
+                    (i as f64 + 0.5) / POWER_SAMPLES as f64,
+                    (0.5 + i as f64 * 0.618_033_988_749_895).fract(),
+                ]);
+                luminance(material.emitted(textures, &world.surface_at(instance, triangle, u, v)))
+            })
+            .sum();
+        (sum / POWER_SAMPLES as f64).max(POWER_FLOOR * full)
+    } else {
+        full
+    };
+    let faces = if material.double_sided { 2.0 } else { 1.0 };
+    (area, std::f64::consts::PI * radiance * area * faces)
+}

@@ -1,0 +1,56 @@
+//! What a chain of paths lives in, and the scalar it samples by.
+
+use std::sync::Arc;
+
+use ergodic_metropolis::Target;
+use ergodic_scattering::{Rgb, luminance};
+use glam::DVec2;
+
+use crate::{Lengths, Path, Scene, contribution, raster};
+
+/// A scene and the lengths of the paths in it that a chain may visit.
+#[derive(Clone, Debug)]
+pub struct PathSpace {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// The lengths.
+    pub lengths: Lengths,
+}
+
+/// The target of Metropolis light transport: C(x), the luminance of f (Veach 11.2), one scalar for the whole image.
+#[derive(Clone, Copy, Debug)]
+pub struct LuminanceTarget<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+}
+
+/// What one evaluation of [`LuminanceTarget`] yields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// ln C(x); -inf where the path carries nothing.
+    pub ln_luminance: f64,
+    /// f(x) / C(x) per channel: what a visit adds to the image, up to b.
+    pub color: Rgb,
+    /// Where the path meets the image.
+    pub raster: DVec2,
+}
+
+impl Target for LuminanceTarget<'_> {
+    type State = Path;
+    type Value = Measured;
+
+    #[inline]
+    fn evaluate(&self, x: &Path) -> Measured {
+        let Some(raster) = raster(self.scene, x) else {
+            return Measured { ln_luminance: f64::NEG_INFINITY, color: Rgb::ZERO, raster: DVec2::ZERO };
+        };
+        let f = contribution(self.scene, x);
+        let luminance = luminance(f.rgb);
+        Measured { ln_luminance: luminance.ln() + f.ln_scale, color: f.rgb / luminance, raster }
+    }
+
+    #[inline]
+    fn ln_density(value: &Measured) -> f64 {
+        value.ln_luminance
+    }
+}

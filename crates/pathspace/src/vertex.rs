@@ -1,0 +1,68 @@
+//! One point of a path: where it is and how light interacts there. No density, weight or throughput is kept in it, so a
+//! chain cannot remember how a path was found.
+
+use ergodic_geometry::Anchor;
+use ergodic_scattering::{Component, Interaction, Rgb};
+use glam::DVec3;
+
+/// What a vertex is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A point of a surface. At the light end of a path it is the point that emits.
+    Surface,
+    /// The pinhole.
+    Camera,
+    /// A point or spot light; the index counts the scene's punctual lights.
+    PointLight(u32),
+    /// A directional light: infinitely far, so that it has a direction but no position.
+    DistantLight(u32),
+}
+
+/// Marks a vertex that lies on no emitter.
+pub(crate) const NO_EMITTER: u32 = u32::MAX;
+
+/// A vertex of a path.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// What it is.
+    pub kind: Kind,
+    /// How light scatters here on this path. Endpoints carry [`Component::Rough`].
+    pub component: Component,
+    /// Index into the scene's emissive triangles, or [`NO_EMITTER`].
+    pub(crate) emitter: u32,
+    /// Index of the material.
+    pub(crate) material: u32,
+    /// Position in the scene's own (recentred, rescaled) space; zero for a distant light.
+    pub position: DVec3,
+    /// The scattering here; for a distant light `ng` is the direction in which its light travels.
+    pub interaction: Interaction,
+    /// Radiance emitted here into the front, before the one-sided test.
+    pub emission: Rgb,
+}
+
+impl Vertex {
+    /// Whether this is a point of a surface.
+    #[inline]
+    pub fn is_surface(&self) -> bool {
+        self.kind == Kind::Surface
+    }
+
+    /// Whether the vertex emits from its surface.
+    #[inline]
+    pub fn emits(&self) -> bool {
+        self.emitter != NO_EMITTER
+    }
+
+    /// Whether a connection may end here on this path: everything but a Dirac component.
+    #[inline]
+    pub fn is_connectable(&self) -> bool {
+        self.component == Component::Rough
+    }
+
+    /// The end of a shadow segment here.
+    #[inline]
+    pub fn anchor(&self) -> Anchor {
+        let normal = if self.is_surface() { self.interaction.ng } else { DVec3::ZERO };
+        Anchor { position: self.position, normal }
+    }
+}

@@ -1,0 +1,161 @@
+//! One chain and what it leaves behind: splats by expected values, statistics, faults.
+
+use std::time::Instant;
+
+use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, Step};
+use ergodic_mutations::{Rejection, Splice};
+use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
+use rand_pcg::Pcg64Dxsm;
+
+use crate::statistics::{MutationStatistics, Outcome};
+use crate::Film;
+
+/// One step in this many is timed: reading the clock costs as much as a cheap proposal.
+const TIMED_EVERY: u64 = 16;
+
+/// At most this many faults are kept for replay; all are counted.
+const FAULTS_KEPT: usize = 16;
+
+/// A proposal whose density was not a number, with what it takes to see it again.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultRecord {
+    /// Chain, by index.
+    pub chain: u64,
+    /// Steps of the chain before this one.
+    pub step: u64,
+    /// Index of the mutation in the mixture.
+    pub mutation: usize,
+    /// Which density.
+    pub fault: Fault,
+    /// Class of the path that was to be changed.
+    pub class: PathClass,
+    /// State of the chain's stream before the step.
+    pub stream: Pcg64Dxsm,
+}
+
+/// A chain under way.
+#[derive(Clone, Debug)]
+pub struct ChainRunner {
+    index: u64,
+    chain: Chain<Path, Measured>,
+    rng: Pcg64Dxsm,
+    class: PathClass,
+    steps: u64,
+    /// Weight that the current path has gathered and not yet left on the film.
+    pending: f64,
+    longest_stay: u64,
+    stay: u64,
+}
+
+/// Where a chain leaves its results.
+#[derive(Clone, Debug)]
+pub struct Ledger {
+    /// Splats.
+    pub film: Film,
+    /// One entry for each member of the mixture.
+    pub mutations: Vec<MutationStatistics>,
+    /// The first faults.
+    pub faults: Vec<FaultRecord>,
+    /// Steps in which no mutation of the mixture was suitable.
+    pub none_suitable: u64,
+}
+
+impl ChainRunner {
+    /// A chain that starts at `start`.
+    pub fn new(index: u64, start: Path, space: &PathSpace, rng: Pcg64Dxsm) -> Self {
+        let class = start.class();
+        let chain = Chain::new(start, &LuminanceTarget { scene: &space.scene });
+        Self { index, chain, rng, class, steps: 0, pending: 0.0, longest_stay: 0, stay: 0 }
+    }
+
+    /// The path that the chain is at.
+    pub fn path(&self) -> &Path {
+        self.chain.current().0
+    }
+
+    /// Number of steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The longest run of steps in which the chain did not move.
+    pub fn longest_stay(&self) -> u64 {
+        self.longest_stay.max(self.stay)
+    }
+
+    /// One transition, without leaving anything behind.
+    pub fn step<M>(&mut self, mixture: &Mixture<M>, space: &PathSpace) -> Step<(usize, Splice), NotProposed<Rejection>>
+    where
+        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+    {
+        self.steps += 1;
+        self.chain.step(&LuminanceTarget { scene: &space.scene }, mixture, space, &mut self.rng)
+    }
+
+    /// Takes `count` steps.
+    pub fn run<M>(&mut self, count: u64, mixture: &Mixture<M>, space: &PathSpace, ledger: &mut Ledger)
+    where
+        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+    {
+        for _ in 0..count {
+            let timer = self.steps.is_multiple_of(TIMED_EVERY).then(Instant::now);
+            let before = self.rng.clone();
+            let step = self.step(mixture, space);
+            let class = self.class;
+            let (mutation, outcome) = match step {
+                Step::NotProposed(NotProposed::NoneSuitable) => {
+                    ledger.none_suitable += 1;
+                    self.stays();
+                    continue;
+                }
+                Step::NotProposed(NotProposed::Failed { index, reason }) => {
+                    self.stays();
+                    (index, Outcome::NotBuilt(reason))
+                }
+                Step::Faulty { plan: (mutation, _), fault } => {
+                    self.stays();
+                    if ledger.faults.len() < FAULTS_KEPT {
+                        let (chain, step) = (self.index, self.steps - 1);
+                        ledger.faults.push(FaultRecord { chain, step, mutation, fault, class, stream: before });
+                    }
+                    (mutation, Outcome::Faulty(fault))
+                }
+                Step::Tried { plan: (mutation, _), acceptance, accepted } => {
+                    (mutation, self.deposit(acceptance, accepted, &mut ledger.film))
+                }
+            };
+            let nanoseconds = timer.map(|timer| timer.elapsed().as_nanos() as u64);
+            ledger.mutations[mutation].record(class, outcome, nanoseconds);
+        }
+        // Nothing stays pending between calls, so that the film is complete whenever it is looked at.
+        let current = *self.chain.current().1;
+        ledger.film.splat(current.raster, current.color * self.pending);
+        self.pending = 0.0;
+    }
+
+    fn stays(&mut self) {
+        self.pending += 1.0;
+        self.stay += 1;
+    }
+
+    /// Expected values (Veach 11.3.2): the path before gets 1 - a of this step, the candidate a.
+    fn deposit(&mut self, acceptance: f64, accepted: bool, film: &mut Film) -> Outcome {
+        let current = *self.chain.current().1;
+        let other = *self.chain.other().1;
+        self.pending += 1.0 - acceptance;
+        if accepted {
+            film.splat(other.raster, other.color * self.pending);
+            self.pending = acceptance;
+            self.class = self.chain.current().0.class();
+            self.longest_stay = self.longest_stay.max(self.stay);
+            self.stay = 0;
+        } else {
+            self.stay += 1;
+            if acceptance > 0.0 {
+                film.splat(other.raster, other.color * acceptance);
+            }
+        }
+        let jump = if acceptance > 0.0 { current.raster.distance(other.raster) } else { 0.0 };
+        Outcome::Tried { acceptance, accepted, jump }
+    }
+}

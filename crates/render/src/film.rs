@@ -1,0 +1,104 @@
+//! The film: sums of splats in f64, and the picture they make.
+
+use ergodic_scattering::{Filter, Rgb};
+use glam::DVec2;
+
+/// A picture under way. Sums are f64, so that a billion splats on one pixel lose nothing that shows.
+#[derive(Clone, Debug)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    filter: Filter,
+    sums: Vec<Rgb>,
+    refused: u64,
+}
+
+impl Film {
+    /// A black film.
+    pub fn new(width: u32, height: u32, filter: Filter) -> Self {
+        let sums = vec![Rgb::ZERO; width as usize * height as usize];
+        Self { width, height, filter, sums, refused: 0 }
+    }
+
+    /// Adds `color` at the raster point, spread over the pixels by the reconstruction filter.
+    ///
+    /// A value that is not finite is not added but counted.
+    #[inline]
+    pub fn splat(&mut self, raster: DVec2, color: Rgb) {
+        if !color.is_finite() {
+            self.refused += 1;
+            return;
+        }
+        match self.filter {
+            Filter::Box => {
+                let (x, y) = (raster.x.floor(), raster.y.floor());
+                if x >= 0.0 && y >= 0.0 && x < f64::from(self.width) && y < f64::from(self.height) {
+                    self.sums[y as usize * self.width as usize + x as usize] += color;
+                }
+            }
+            filter => self.splat_wide(filter, raster, color),
+        }
+    }
+
+    fn splat_wide(&mut self, filter: Filter, raster: DVec2, color: Rgb) {
+        let radius = filter.radius();
+        // Pixel i has its centre at i + 1/2.
+        let range = |at: f64, size: u32| {
+            let low = (at - radius - 0.5).ceil().max(0.0) as u32;
+            let high = (at + radius - 0.5).floor().min(f64::from(size) - 1.0);
+            (low, if high < 0.0 { 0 } else { high as u32 + 1 })
+        };
+        let (x0, x1) = range(raster.x, self.width);
+        let (y0, y1) = range(raster.y, self.height);
+        for y in y0..y1 {
+            for x in x0..x1 {
+                let weight = filter.weight(raster.x - f64::from(x) - 0.5, raster.y - f64::from(y) - 0.5);
+                self.sums[y as usize * self.width as usize + x as usize] += color * weight;
+            }
+        }
+    }
+
+    /// Adds another film of the same size.
+    pub fn add(&mut self, other: &Self) {
+        for (sum, more) in self.sums.iter_mut().zip(&other.sums) {
+            *sum += *more;
+        }
+        self.refused += other.refused;
+    }
+
+    /// The picture: every sum times `scale`.
+    pub fn develop(&self, scale: f64) -> Picture {
+        let pixels = self.sums.iter().map(|sum| *sum * scale).collect();
+        Picture { width: self.width, height: self.height, pixels }
+    }
+
+    /// How many splats were refused because they were not finite.
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+}
+
+/// A finished picture: linear RGB radiance, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// `width * height` pixels.
+    pub pixels: Vec<Rgb>,
+}
+
+impl Picture {
+    /// Adds another picture of the same size.
+    pub fn add(&mut self, other: &Self) {
+        for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
+            *pixel += *more;
+        }
+    }
+
+    /// The mean over all pixels.
+    pub fn mean(&self) -> Rgb {
+        self.pixels.iter().sum::<Rgb>() / self.pixels.len() as f64
+    }
+}

@@ -1,0 +1,291 @@
+//! Metropolis light transport (Veach 11): seeding, many chains in parallel, the picture and its statistics.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ergodic_metropolis::{Mixture, MixtureError, Mutation};
+use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
+use rayon::prelude::*;
+
+use crate::bidirectional::BidirectionalPathTracer;
+use crate::chain_runner::{ChainRunner, FaultRecord, Ledger};
+use crate::observer::{Observer, Stage};
+use crate::sampling::sample_image;
+use crate::seeding::Seeds;
+use crate::statistics::MutationStatistics;
+use crate::streams::{Purpose, stream};
+use crate::{Budget, Direct, Film, Picture, Settings, batches};
+
+/// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
+const ROUND: u64 = 256;
+
+/// Paths of more than this many edges are indirect.
+const DIRECT_EDGES: usize = 2;
+
+/// What Metropolis light transport found beside the picture.
+#[derive(Clone, Debug)]
+pub struct MltReport {
+    /// Estimate of b, the mean luminance over the image of the paths that the chains sample.
+    pub b: f64,
+    /// Standard error of b over b.
+    pub b_relative_error: f64,
+    /// Independent samples that b comes from.
+    pub seeding_samples: u64,
+    /// Seconds of seeding.
+    pub seeding_seconds: f64,
+    /// Seconds of direct light.
+    pub direct_seconds: f64,
+    /// Seconds of mutations.
+    pub mutation_seconds: f64,
+    /// Number of chains.
+    pub chains: usize,
+    /// Mutations over all chains.
+    pub mutations: u64,
+    /// Longest run of steps that one chain stayed at one path.
+    pub longest_stay: u64,
+    /// Statistics, one entry for each member of the mixture.
+    pub statistics: Vec<MutationStatistics>,
+    /// The first proposals whose densities were not numbers.
+    pub faults: Vec<FaultRecord>,
+}
+
+/// A part of the chains, always worked on together.
+struct Batch {
+    runners: Vec<ChainRunner>,
+    ledger: Ledger,
+    rays: u64,
+}
+
+/// The picture, the report, the rays traced and the splats refused.
+pub(crate) struct Rendered {
+    pub(crate) picture: Picture,
+    pub(crate) report: MltReport,
+    pub(crate) rays: u64,
+    pub(crate) refused: u64,
+}
+
+/// Renders with the mixture of the settings.
+///
+/// # Errors
+///
+/// Weights that make no mixture.
+pub(crate) fn render(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    start: Instant,
+    observer: &dyn Observer,
+) -> Result<Rendered, MixtureError> {
+    let mixture = Mixture::new(settings.mlt.mutations.clone())?;
+    let names = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
+    Ok(render_with(scene, settings, &mixture, &names, start, observer))
+}
+
+/// Renders with any mixture of path mutations; `names` has one entry for each member.
+pub(crate) fn render_with<M>(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    mixture: &Mixture<M>,
+    names: &[&'static str],
+    start: Instant,
+    observer: &dyn Observer,
+) -> Rendered
+where
+    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+{
+    let (width, height) = settings.size;
+    let filter = settings.filter.filter();
+    let roulette = settings.roulette.roulette();
+    let lengths = chain_lengths(settings);
+
+    let seeding_start = Instant::now();
+    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, observer);
+    let starts = seeds.starts(scene, settings.mlt.chains);
+    let seeding_seconds = seeding_start.elapsed().as_secs_f64();
+
+    let direct_start = Instant::now();
+    let mut rays = seeds.rays;
+    let mut refused = seeds.refused;
+    let mut picture = Film::new(width, height, filter).develop(0.0);
+    if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
+        let direct = Lengths { min_edges: 1, max_edges: settings.max_edges.min(DIRECT_EDGES) };
+        let sampled = sample_image(
+            scene,
+            &BidirectionalPathTracer::new(direct, roulette),
+            settings.size,
+            filter,
+            Budget::SamplesPerPixel(f64::from(samples_per_pixel)),
+            (settings.seed, Purpose::Direct),
+            (Stage::Direct, observer),
+        );
+        picture.add(&sampled.picture(scene));
+        rays += sampled.rays;
+        refused += sampled.film.refused();
+    }
+    let direct_seconds = direct_start.elapsed().as_secs_f64();
+
+    let mutation_start = Instant::now();
+    let space = PathSpace { scene: Arc::clone(scene), lengths };
+    let chains = starts.len();
+    let mut work = share_out(starts, &space, settings, names);
+    let mutations = run(&mut work, mixture, &space, settings.budget, (settings.size, chains), start, observer);
+    let mutation_seconds = mutation_start.elapsed().as_secs_f64();
+
+    let mut film = Film::new(width, height, filter);
+    let mut statistics = new_statistics(names, settings.max_edges);
+    let mut faults = Vec::new();
+    let mut longest_stay = 0;
+    for batch in work {
+        film.add(&batch.ledger.film);
+        for (sum, more) in statistics.iter_mut().zip(&batch.ledger.mutations) {
+            sum.add(more);
+        }
+        faults.extend(batch.ledger.faults);
+        rays += batch.rays;
+        longest_stay = batch.runners.iter().map(ChainRunner::longest_stay).fold(longest_stay, u64::max);
+    }
+    if mutations > 0 {
+        // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
+        picture.add(&film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
+    }
+    refused += film.refused();
+    let report = MltReport {
+        b: seeds.b,
+        b_relative_error: seeds.relative_error,
+        seeding_samples: seeds.samples(),
+        seeding_seconds,
+        direct_seconds,
+        mutation_seconds,
+        chains,
+        mutations,
+        longest_stay,
+        statistics,
+        faults,
+    };
+    Rendered { picture, report, rays, refused }
+}
+
+/// Lengths of the paths that the chains sample.
+pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
+    let min_edges = match settings.mlt.direct {
+        Direct::InChain => 1,
+        Direct::Separate { .. } => DIRECT_EDGES + 1,
+    };
+    Lengths { min_edges, max_edges: settings.max_edges }
+}
+
+fn new_statistics(names: &[&'static str], max_edges: usize) -> Vec<MutationStatistics> {
+    names.iter().map(|name| MutationStatistics::new(name, max_edges)).collect()
+}
+
+/// Chain i goes to batch i modulo the number of batches, which depends on the picture only.
+fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &[&'static str]) -> Vec<Batch> {
+    let (width, height) = settings.size;
+    let count = batches(width, height).min(starts.len());
+    let mut work: Vec<Batch> = (0..count)
+        .map(|_| Batch {
+            runners: Vec::new(),
+            ledger: Ledger {
+                film: Film::new(width, height, settings.filter.filter()),
+                mutations: new_statistics(names, settings.max_edges),
+                faults: Vec::new(),
+                none_suitable: 0,
+            },
+            rays: 0,
+        })
+        .collect();
+    for (index, path) in starts.into_iter().enumerate() {
+        let rng = stream(settings.seed, Purpose::Chain, index as u64);
+        work[index % count].runners.push(ChainRunner::new(index as u64, path, space, rng));
+    }
+    work
+}
+
+/// Runs all chains until the budget ends; the number of mutations made.
+fn run<M>(
+    work: &mut [Batch],
+    mixture: &Mixture<M>,
+    space: &PathSpace,
+    budget: Budget,
+    ((width, height), chains): ((u32, u32), usize),
+    start: Instant,
+    observer: &dyn Observer,
+) -> u64
+where
+    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+{
+    if chains == 0 {
+        return 0;
+    }
+    let pixels = f64::from(width) * f64::from(height);
+    let wanted = match budget {
+        Budget::SamplesPerPixel(samples) => Some((samples * pixels / chains as f64).ceil().max(1.0) as u64),
+        Budget::Seconds(_) => None,
+    };
+    let begun = start.elapsed();
+    let mut steps = 0;
+    loop {
+        let round = wanted.map_or(ROUND, |wanted| ROUND.min(wanted - steps));
+        work.par_iter_mut().for_each(|batch| {
+            let before = ergodic_pathspace::rays_traced();
+            for runner in &mut batch.runners {
+                runner.run(round, mixture, space, &mut batch.ledger);
+            }
+            batch.rays += ergodic_pathspace::rays_traced() - before;
+        });
+        steps += round;
+        let done = match (wanted, budget) {
+            (Some(wanted), _) => steps as f64 / wanted as f64,
+            (None, Budget::Seconds(seconds)) => share_of_time(start.elapsed(), begun, seconds),
+            (None, Budget::SamplesPerPixel(_)) => 1.0,
+        };
+        observer.progress(Stage::Rendering, done.min(1.0));
+        if done >= 1.0 || observer.should_stop() {
+            return steps * chains as u64;
+        }
+    }
+}
+
+/// The share of the time left at `begun` that has passed; 1 or more when all has.
+fn share_of_time(elapsed: Duration, begun: Duration, seconds: f64) -> f64 {
+    let left = seconds - begun.as_secs_f64();
+    if left > 0.0 { (elapsed - begun).as_secs_f64() / left } else { 1.0 }
+}
+
+/// Runs one chain again, alone, up to the given step, for looking at a fault.
+///
+/// Returns the runner before the step and the step's outcome; `None` if there is no such chain.
+pub fn replay(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    record: &FaultRecord,
+) -> Option<(ChainRunner, ergodic_metropolis::Step<(usize, Splice), ergodic_metropolis::NotProposed<Rejection>>)> {
+    let mixture = Mixture::<AnyMutation>::new(settings.mlt.mutations.clone()).ok()?;
+    replay_with(scene, settings, &mixture, record)
+}
+
+/// [`replay`] with any mixture.
+pub fn replay_with<M>(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    mixture: &Mixture<M>,
+    record: &FaultRecord,
+) -> Option<(ChainRunner, ergodic_metropolis::Step<(usize, Splice), ergodic_metropolis::NotProposed<Rejection>>)>
+where
+    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+{
+    let lengths = chain_lengths(settings);
+    let roulette = settings.roulette.roulette();
+    let observer = crate::observer::Unobserved;
+    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &observer);
+    let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
+    let space = PathSpace { scene: Arc::clone(scene), lengths };
+    let mut runner =
+        ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
+    for _ in 0..record.step {
+        runner.step(mixture, &space);
+    }
+    let before = runner.clone();
+    let step = runner.step(mixture, &space);
+    Some((before, step))
+}

@@ -1,0 +1,33 @@
+//! How a render tells of its progress and learns that it should stop.
+
+/// What a render is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Estimating b and collecting starts for the chains.
+    Seeding,
+    /// Estimating the light that chains leave out.
+    Direct,
+    /// Taking samples or mutations.
+    Rendering,
+}
+
+/// Watches a render.
+pub trait Observer: Sync {
+    /// `done`, in `[0, 1]`, of the stage.
+    fn progress(&self, stage: Stage, done: f64);
+
+    /// Whether to stop as soon as possible and keep what there is.
+    fn should_stop(&self) -> bool;
+}
+
+/// Watches nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Unobserved;
+
+impl Observer for Unobserved {
+    fn progress(&self, _stage: Stage, _done: f64) {}
+
+    fn should_stop(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,95 @@
+//! Path tracing from the eye with next-event estimation, both weighted by the power heuristic (Veach 9, 10.3).
+
+use ergodic_metropolis::RandomSource;
+use ergodic_pathspace::{Edge, Lengths, Roulette, Scene, Vertex};
+use ergodic_scattering::{Component, Rgb};
+use glam::DVec2;
+
+use crate::sampling::Estimator;
+
+/// The path tracer.
+#[derive(Clone, Debug)]
+pub struct PathTracer {
+    lengths: Lengths,
+    roulette: Roulette,
+}
+
+impl PathTracer {
+    /// A path tracer of paths of the given lengths.
+    pub fn new(lengths: Lengths, roulette: Roulette) -> Self {
+        Self { lengths, roulette }
+    }
+}
+
+/// The power heuristic with exponent 2 for one of two strategies.
+fn power_heuristic(this: f64, other: f64) -> f64 {
+    let ratio = other / this;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+/// Light that reaches `vertex` straight from a sampled light, seen along `w_eye`; f over density, weighted.
+///
+/// `continues` is the probability that the walk would have sampled the next vertex.
+fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64, rng: &mut impl RandomSource) -> Rgb {
+    let light = scene.sample_emitter(rng);
+    let edge = Edge::new(scene, &light, vertex);
+    let w_light = -edge.direction;
+    let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);
+    let emitted = scene.emitted(&light, edge.direction);
+    let carried = scattering * emitted * edge.transmittance * edge.geometry;
+    if !carried.is_finite() || carried.max_element() <= 0.0 || !scene.mutually_visible(&light, vertex) {
+        return Rgb::ZERO;
+    }
+    let density = scene.emitter_pdf_area(&light);
+    // 0 for a light without extent, which no walk can hit.
+    let by_walk = vertex.interaction.pdf(w_eye, w_light, Component::Rough) * edge.to_light_side * continues;
+    carried * (power_heuristic(density, by_walk) / density)
+}
+
+impl Estimator for PathTracer {
+    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+        let camera = scene.camera();
+        let w = camera.sample([rng.uniform(), rng.uniform()]);
+        let Some(raster) = camera.raster(w) else { return };
+        let mut sum = Rgb::ZERO;
+        let mut before = scene.camera_vertex();
+        let Some(mut vertex) = scene.trace(&before, w) else { return };
+        let mut edge = Edge::new(scene, &vertex, &before);
+        let mut throughput = edge.transmittance * (camera.responsivity(w) / camera.pdf_solid_angle(w));
+        // Area density with which the walk sampled the vertex it is at; `None` if no light sample could have.
+        let mut pdf_walk: Option<f64> = None;
+        for edges in 1..=self.lengths.max_edges {
+            let w_eye = edge.direction;
+            if edges >= self.lengths.min_edges && vertex.emits() {
+                let weight = pdf_walk.map_or(1.0, |pdf| power_heuristic(pdf, scene.emitter_pdf_area(&vertex)));
+                sum += throughput * scene.emitted(&vertex, w_eye) * weight;
+            }
+            if edges == self.lengths.max_edges {
+                break;
+            }
+            let survival = self.roulette.survival(edges + 1);
+            if edges + 1 >= self.lengths.min_edges && vertex.interaction.has_rough() {
+                sum += throughput * next_event(scene, &vertex, w_eye, survival, rng);
+            }
+            if survival < 1.0 && rng.uniform() >= survival {
+                break;
+            }
+            let u = [rng.uniform(), rng.uniform(), rng.uniform()];
+            let Some((w, component)) = vertex.interaction.sample(w_eye, u) else { break };
+            let Some(next) = scene.trace(&vertex, w) else { break };
+            before = vertex;
+            vertex = next;
+            edge = Edge::new(scene, &vertex, &before);
+            let w_light = -edge.direction;
+            let pdf = before.interaction.pdf(w_eye, w_light, component);
+            let cosine = before.interaction.ng.dot(w_light).abs();
+            let scattering = before.interaction.eval(w_light, w_eye, component);
+            throughput *= scattering * edge.transmittance * (cosine / (pdf * survival));
+            if !throughput.is_finite() || throughput.max_element() <= 0.0 {
+                break;
+            }
+            pdf_walk = (component == Component::Rough).then_some(pdf * edge.to_light_side * survival);
+        }
+        splat(raster, sum);
+    }
+}

@@ -1,0 +1,263 @@
+//! What a render is asked to do. Everything here is read from RON.
+
+use ergodic_mutations::AnyMutation;
+use ergodic_pathspace::{Lengths, Roulette};
+use serde::{Deserialize, Serialize};
+
+/// Settings of one render.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Which estimator.
+    pub method: Method,
+    /// Which camera: a name or an index; empty for the scene's first.
+    pub camera: String,
+    /// Width and height of the picture in pixels.
+    pub size: (u32, u32),
+    /// Reconstruction filter.
+    pub filter: FilterSettings,
+    /// Key of all random streams.
+    pub seed: u64,
+    /// Worker threads; 0 for one a core. The picture does not depend on it.
+    pub threads: usize,
+    /// Greatest number of edges of a path: 1 sees lights only, 2 adds direct light, and so on.
+    pub max_edges: usize,
+    /// When to stop.
+    pub budget: Budget,
+    /// Where random walks of the path tracer and of bidirectional sampling may end early.
+    pub roulette: RouletteSettings,
+    /// Settings of Metropolis light transport.
+    pub mlt: MltSettings,
+}
+
+/// An estimator of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Path tracing with next-event estimation.
+    Path,
+    /// Bidirectional path tracing.
+    Bidirectional,
+    /// Metropolis light transport in path space.
+    Mlt,
+}
+
+impl Method {
+    /// All methods with their names.
+    pub const ALL: [(Self, &'static str); 3] =
+        [(Self::Path, "path"), (Self::Bidirectional, "bidirectional"), (Self::Mlt, "mlt")];
+
+    /// The name used in configs and on the command line.
+    pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(method, _)| *method == self).map_or("", |(_, name)| name)
+    }
+}
+
+/// A reconstruction filter.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub enum FilterSettings {
+    /// One pixel, constant.
+    Box,
+    /// A Gaussian cut off at `radius` pixels.
+    Gaussian {
+        /// Cut-off in pixels.
+        radius: f64,
+        /// Standard deviation in pixels.
+        sigma: f64,
+    },
+}
+
+/// When a render stops.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub enum Budget {
+    /// After this many samples a pixel; for mlt, mutations a pixel. The same seed then gives the same bytes.
+    SamplesPerPixel(f64),
+    /// After this many seconds of wall time, seeding included.
+    Seconds(f64),
+}
+
+/// Russian roulette by depth.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct RouletteSettings {
+    /// Vertices of a walk that are always sampled.
+    pub start: usize,
+    /// Probability of each further one.
+    pub survival: f64,
+}
+
+/// Settings of Metropolis light transport.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MltSettings {
+    /// The mixture: weights and mutations.
+    pub mutations: Vec<(f64, AnyMutation)>,
+    /// Number of independent chains.
+    pub chains: usize,
+    /// Light that arrives by at most one bounce.
+    pub direct: Direct,
+    /// The independent samples that estimate b and start the chains.
+    pub seeding: Seeding,
+}
+
+/// Who renders paths of one and two edges.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub enum Direct {
+    /// The chains, like all others.
+    InChain,
+    /// Bidirectional sampling of its own, with this many samples a pixel.
+    Separate {
+        /// Samples a pixel.
+        samples_per_pixel: u32,
+    },
+}
+
+/// How b is estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Seeding {
+    /// Relative standard error of b at which seeding ends.
+    pub relative_error: f64,
+    /// Seeding also ends after this many samples; the error reached is reported.
+    pub max_samples: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::Mlt,
+            camera: String::new(),
+            size: (384, 256),
+            filter: FilterSettings::Box,
+            seed: 0,
+            threads: 0,
+            max_edges: 16,
+            budget: Budget::SamplesPerPixel(256.0),
+            roulette: RouletteSettings::default(),
+            mlt: MltSettings::default(),
+        }
+    }
+}
+
+impl Default for RouletteSettings {
+    fn default() -> Self {
+        Self { start: 5, survival: 0.8 }
+    }
+}
+
+impl Default for MltSettings {
+    fn default() -> Self {
+        Self {
+            mutations: AnyMutation::all().into_iter().map(|mutation| (1.0, mutation)).collect(),
+            chains: 512,
+            direct: Direct::Separate { samples_per_pixel: 32 },
+            seeding: Seeding::default(),
+        }
+    }
+}
+
+impl Default for Seeding {
+    fn default() -> Self {
+        Self { relative_error: 0.005, max_samples: 4_000_000 }
+    }
+}
+
+impl FilterSettings {
+    /// The filter itself.
+    pub fn filter(self) -> ergodic_scattering::Filter {
+        match self {
+            Self::Box => ergodic_scattering::Filter::Box,
+            Self::Gaussian { radius, sigma } => ergodic_scattering::Filter::Gaussian { radius, sigma },
+        }
+    }
+}
+
+impl RouletteSettings {
+    pub(crate) fn roulette(self) -> Roulette {
+        Roulette { start: self.start, survival: self.survival }
+    }
+}
+
+/// The largest picture, in pixels on a side.
+const MAX_SIDE: u32 = 65_536;
+/// The greatest number of pixels.
+const MAX_PIXELS: u64 = 1 << 28;
+
+impl Settings {
+    /// Lengths of the paths that the whole picture is made of.
+    pub fn lengths(&self) -> Lengths {
+        Lengths { min_edges: 1, max_edges: self.max_edges }
+    }
+
+    /// Checks all values.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that names the setting, what is wrong with it and what is allowed.
+    pub fn validate(&self) -> Result<(), String> {
+        let positive = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}; it must be a finite number greater than 0"))
+            }
+        };
+        let (width, height) = self.size;
+        if width == 0 || height == 0 || width > MAX_SIDE || height > MAX_SIDE {
+            return Err(format!("size is {width}x{height}; width and height must be from 1 to {MAX_SIDE}"));
+        }
+        if u64::from(width) * u64::from(height) > MAX_PIXELS {
+            return Err(format!("size is {width}x{height}; a picture may have at most {MAX_PIXELS} pixels"));
+        }
+        if let FilterSettings::Gaussian { radius, sigma } = self.filter {
+            positive("filter.sigma", sigma)?;
+            if !(0.5..=16.0).contains(&radius) {
+                return Err(format!("filter.radius is {radius}; it must be from 0.5 to 16 pixels"));
+            }
+        }
+        if !(1..=1024).contains(&self.max_edges) {
+            return Err(format!("max_edges is {}; it must be from 1 to 1024", self.max_edges));
+        }
+        match self.budget {
+            Budget::SamplesPerPixel(samples) => positive("budget: SamplesPerPixel", samples)?,
+            Budget::Seconds(seconds) => positive("budget: Seconds", seconds)?,
+        }
+        if self.roulette.start < 2 {
+            return Err(format!("roulette.start is {}; the first 2 vertices are always sampled", self.roulette.start));
+        }
+        if !(self.roulette.survival > 0.0 && self.roulette.survival <= 1.0) {
+            return Err(format!("roulette.survival is {}; it must be in (0, 1]", self.roulette.survival));
+        }
+        self.mlt.validate()
+    }
+}
+
+impl MltSettings {
+    fn validate(&self) -> Result<(), String> {
+        if !(1..=1 << 20).contains(&self.chains) {
+            return Err(format!("mlt.chains is {}; it must be from 1 to {}", self.chains, 1 << 20));
+        }
+        if let Direct::Separate { samples_per_pixel: 0 } = self.direct {
+            return Err("mlt.direct: Separate has 0 samples_per_pixel; give at least 1, or use InChain".into());
+        }
+        if !(self.seeding.relative_error > 0.0 && self.seeding.relative_error.is_finite()) {
+            return Err(format!("mlt.seeding.relative_error is {}; it must be greater than 0", self.seeding.relative_error));
+        }
+        if self.seeding.max_samples < 1000 {
+            return Err(format!("mlt.seeding.max_samples is {}; give at least 1000", self.seeding.max_samples));
+        }
+        for (i, (weight, mutation)) in self.mutations.iter().enumerate() {
+            if !(weight.is_finite() && *weight >= 0.0) {
+                return Err(format!("mlt.mutations[{i}] has weight {weight}; weights are finite and not negative"));
+            }
+            mutation.validate().map_err(|what| format!("mlt.mutations[{i}] ({}): {what}", mutation.name()))?;
+        }
+        let ergodic = |(weight, mutation): &(f64, AnyMutation)| *weight > 0.0 && mutation.is_ergodic();
+        if !self.mutations.iter().any(ergodic) {
+            return Err("mlt.mutations needs Bidirectional with a positive weight: no other mutation reaches every path, \
+                        so without it the picture would be wrong"
+                .into());
+        }
+        Ok(())
+    }
+}

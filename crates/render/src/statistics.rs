@@ -1,0 +1,185 @@
+//! What the mutations did: folds over the steps of the chains.
+
+use ergodic_metropolis::Fault;
+use ergodic_mutations::Rejection;
+use ergodic_pathspace::PathClass;
+
+/// Counts of one mutation, or of one mutation on paths of one length or class.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Proposals begun.
+    pub proposed: u64,
+    /// Proposals that could not be built, by the index of [`Rejection::ALL`].
+    pub not_built: [u64; Rejection::ALL.len()],
+    /// Proposals rejected because a density was not a number.
+    pub faulty: u64,
+    /// Proposals accepted.
+    pub accepted: u64,
+    /// Sum of acceptance probabilities.
+    pub acceptance_sum: f64,
+    /// Sum over built proposals of acceptance times the distance moved on the image, in pixels.
+    pub jump_sum: f64,
+    /// Nanoseconds spent in the steps that were timed.
+    pub nanoseconds: u64,
+    /// How many steps were timed.
+    pub timed: u64,
+}
+
+impl Tally {
+    fn add(&mut self, other: &Self) {
+        self.proposed += other.proposed;
+        for (sum, more) in self.not_built.iter_mut().zip(&other.not_built) {
+            *sum += more;
+        }
+        self.faulty += other.faulty;
+        self.accepted += other.accepted;
+        self.acceptance_sum += other.acceptance_sum;
+        self.jump_sum += other.jump_sum;
+        self.nanoseconds += other.nanoseconds;
+        self.timed += other.timed;
+    }
+
+    /// Mean acceptance probability over all proposals; one that was not built counts as 0.
+    pub fn acceptance(&self) -> Option<f64> {
+        (self.proposed > 0).then(|| self.acceptance_sum / self.proposed as f64)
+    }
+
+    /// Mean distance moved on the image when moved, in pixels: weighted by acceptance.
+    pub fn mean_jump_pixels(&self) -> Option<f64> {
+        (self.acceptance_sum > 0.0).then(|| self.jump_sum / self.acceptance_sum)
+    }
+
+    /// Mean time of a proposal in nanoseconds, acceptance test and splats included.
+    pub fn ns_per_proposal(&self) -> Option<f64> {
+        (self.timed > 0).then(|| self.nanoseconds as f64 / self.timed as f64)
+    }
+}
+
+/// What one step of a chain came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// No candidate.
+    NotBuilt(Rejection),
+    /// A density was not a number.
+    Faulty(Fault),
+    /// A candidate was weighed.
+    Tried {
+        /// Acceptance probability.
+        acceptance: f64,
+        /// Whether it was accepted.
+        accepted: bool,
+        /// Distance between the two image points in pixels.
+        jump: f64,
+    },
+}
+
+/// Paths up to this many edges are told apart by class.
+pub const CLASSIFIED_EDGES: u32 = 8;
+
+/// Number of classes up to [`CLASSIFIED_EDGES`] edges: 2^(k-1) for each k.
+const CLASSES: usize = (1 << CLASSIFIED_EDGES) - 1;
+
+fn class_index(class: PathClass) -> Option<usize> {
+    (1..=CLASSIFIED_EDGES)
+        .contains(&class.length)
+        .then(|| (1 << (class.length - 1)) - 1 + class.specular as usize)
+}
+
+fn class_of_index(index: usize) -> PathClass {
+    let length = usize::BITS - (index + 1).leading_zeros();
+    PathClass { length, specular: (index + 1 - (1 << (length - 1))) as u64 }
+}
+
+/// Tallies of one mutation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MutationStatistics {
+    /// Name of the mutation.
+    pub name: &'static str,
+    /// Everything.
+    pub total: Tally,
+    by_length: Vec<Tally>,
+    by_class: Vec<Tally>,
+}
+
+impl MutationStatistics {
+    /// Empty tallies for paths of at most `max_edges` edges.
+    pub fn new(name: &'static str, max_edges: usize) -> Self {
+        let none = Tally::default();
+        Self { name, total: none, by_length: vec![none; max_edges + 1], by_class: vec![none; CLASSES] }
+    }
+
+    /// Records a step from a path of `class`.
+    #[inline]
+    pub fn record(&mut self, class: PathClass, outcome: Outcome, nanoseconds: Option<u64>) {
+        let mut step = Tally { proposed: 1, ..Tally::default() };
+        match outcome {
+            Outcome::NotBuilt(reason) => step.not_built[reason as usize] = 1,
+            Outcome::Faulty(_) => step.faulty = 1,
+            Outcome::Tried { acceptance, accepted, jump } => {
+                step.acceptance_sum = acceptance;
+                step.accepted = u64::from(accepted);
+                step.jump_sum = acceptance * jump;
+            }
+        }
+        if let Some(nanoseconds) = nanoseconds {
+            step.timed = 1;
+            step.nanoseconds = nanoseconds;
+        }
+        self.total.add(&step);
+        if let Some(tally) = self.by_length.get_mut(class.length as usize) {
+            tally.add(&step);
+        }
+        if let Some(index) = class_index(class) {
+            self.by_class[index].add(&step);
+        }
+    }
+
+    /// Adds the tallies of another part of the same run.
+    pub fn add(&mut self, other: &Self) {
+        self.total.add(&other.total);
+        for (sum, more) in self.by_length.iter_mut().zip(&other.by_length) {
+            sum.add(more);
+        }
+        for (sum, more) in self.by_class.iter_mut().zip(&other.by_class) {
+            sum.add(more);
+        }
+    }
+
+    /// Lengths (edges of the path that was to be changed) with at least one proposal.
+    pub fn lengths(&self) -> impl Iterator<Item = (usize, &Tally)> {
+        self.by_length.iter().enumerate().filter(|(_, tally)| tally.proposed > 0)
+    }
+
+    /// Classes (of the path that was to be changed) with at least one proposal, up to [`CLASSIFIED_EDGES`] edges.
+    pub fn classes(&self) -> impl Iterator<Item = (PathClass, &Tally)> {
+        let tallies = self.by_class.iter().enumerate().filter(|(_, tally)| tally.proposed > 0);
+        tallies.map(|(index, tally)| (class_of_index(index), tally))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn class_indices_are_dense_and_invertible() {
+        let mut seen = vec![false; CLASSES];
+        for length in 1..=CLASSIFIED_EDGES {
+            for specular in 0..1u64 << (length - 1) {
+                let class = PathClass { length, specular };
+                let index = class_index(class).unwrap();
+                assert!(!std::mem::replace(&mut seen[index], true));
+                assert_eq!(class_of_index(index), class);
+            }
+        }
+        assert!(seen.iter().all(|&s| s));
+        assert_eq!(class_index(PathClass { length: CLASSIFIED_EDGES + 1, specular: 0 }), None);
+    }
+
+    #[test]
+    fn reasons_are_counted_in_the_order_of_their_list() {
+        for (i, reason) in Rejection::ALL.into_iter().enumerate() {
+            assert_eq!(reason as usize, i);
+        }
+    }
+}

@@ -78,7 +78,7 @@ const MAX_BATCHES: usize = 64;
 
 /// Number of parts into which work is cut. It depends on the picture only, never on the number of threads.
 pub(crate) fn batches(width: u32, height: u32) -> usize {
-    let film = width as usize * height as usize * std::mem::size_of::<ergodic_scattering::Rgb>();
+    let film = width as usize * height as usize * size_of::<ergodic_scattering::Rgb>();
     (FILM_MEMORY / film).clamp(2, MAX_BATCHES)
 }
 

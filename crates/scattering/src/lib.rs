@@ -1,1 +1,36 @@
-//! x
+//! One local interaction of light: how surfaces scatter (f_s), what they emit (L_e), what the camera responds to (W_e).
+//!
+//! Every lobe is a file with three free-standing functions (value, density, sample); [`Bsdf`] dispatches to them. All
+//! directions point away from the surface and are unit vectors. Nothing here allocates or knows about paths.
+
+mod bsdf;
+mod camera;
+mod color;
+mod dirac;
+pub mod emission;
+mod filter;
+mod fresnel;
+mod ggx;
+mod interaction;
+mod lambert;
+mod layered;
+mod material;
+mod microfacet_reflection;
+mod microfacet_refraction;
+mod normal_map;
+mod punctual;
+mod texture;
+mod thin_transmission;
+pub mod warp;
+
+pub use bsdf::Bsdf;
+pub use camera::Camera;
+pub use color::{Rgb, luminance};
+pub use filter::{Filter, FilterKernel};
+pub use ggx::SMOOTH_ALPHA;
+pub use interaction::{Component, Interaction};
+pub use lambert::Lambert;
+pub use layered::{Layered, Parameters};
+pub use material::Material;
+pub use punctual::PunctualLight;
+pub use texture::{Interpolation, Texture, TextureUse, Wrap};

@@ -1,7 +1,9 @@
 //! The glTF 2.0 metallic-roughness material with its extensions, as a file states it; [`Material::interaction`] turns it
 //! into the scattering at one point.
 
-use crate::{Rgb, TextureUse};
+use ergodic_geometry::{Frame, Surface};
+
+use crate::{Bsdf, Interaction, Lambert, Layered, Parameters, Rgb, Texture, TextureUse, normal_map};
 
 /// A material. Colours are linear. Defaults are glTF's.
 #[derive(Clone, Debug)]
@@ -72,6 +74,71 @@ impl Default for Material {
             solid: false,
             absorption: Rgb::ZERO,
             double_sided: false,
+        }
+    }
+}
+
+impl Material {
+    /// Whether the surface bounds a refracting solid: it has a volume, and some light can get in.
+    #[inline]
+    pub fn is_solid(&self) -> bool {
+        self.solid && self.is_transmissive()
+    }
+
+    /// Whether light can pass anywhere on the surface. An index of 0 stands for a perfect reflector (KHR_materials_ior).
+    #[inline]
+    fn is_transmissive(&self) -> bool {
+        self.transmission > 0.0 && self.metallic_is_below_one() && self.ior > 0.0
+    }
+
+    #[inline]
+    fn metallic_is_below_one(&self) -> bool {
+        self.metallic < 1.0 || self.metallic_roughness_texture.is_some()
+    }
+
+    /// The scattering at a point of a surface with this material.
+    pub fn interaction(&self, textures: &[Texture], surface: &Surface) -> Interaction {
+        let read = |texture: &Option<TextureUse>| texture.map(|texture| texture.at(textures, surface));
+        let ns = match read(&self.normal_texture) {
+            Some(texel) => normal_map::apply(surface, texel, self.normal_scale),
+            None => normal_map::keep_above(surface.ns, surface.ng),
+        };
+        let frame = Frame::from_normal(ns);
+        let mut base = self.base_color * surface.color.truncate();
+        if let Some(texel) = read(&self.base_color_texture) {
+            base *= texel.truncate();
+        }
+        let (mut metallic, mut roughness) = (self.metallic, self.roughness);
+        if let Some(texel) = read(&self.metallic_roughness_texture) {
+            metallic *= texel.z;
+            roughness *= texel.y;
+        }
+        let specular = self.specular * read(&self.specular_texture).map_or(1.0, |texel| texel.w);
+        let tint = read(&self.specular_color_texture).map_or(Rgb::ONE, |texel| texel.truncate());
+        let transmissive = self.is_transmissive();
+        let transmission = self.transmission * read(&self.transmission_texture).map_or(1.0, |texel| texel.x);
+        if metallic == 0.0 && specular == 0.0 && !transmissive {
+            return Interaction { frame, ng: surface.ng, bsdf: Bsdf::Lambert(Lambert { albedo: base }) };
+        }
+        let parameters = Parameters {
+            base,
+            metallic,
+            alpha: roughness * roughness,
+            ior: self.ior,
+            specular,
+            specular_color: self.specular_color * tint,
+            transmission: if transmissive { transmission } else { 0.0 },
+            transmissive,
+            solid: self.is_solid(),
+        };
+        Interaction { frame, ng: surface.ng, bsdf: Bsdf::Layered(Layered::new(&parameters)) }
+    }
+
+    /// Radiance emitted at a point of a surface, before it is asked from which side (see [`crate::emission`]).
+    pub fn emitted(&self, textures: &[Texture], surface: &Surface) -> Rgb {
+        match &self.emission_texture {
+            Some(texture) => self.emission * texture.at(textures, surface).truncate(),
+            None => self.emission,
         }
     }
 }

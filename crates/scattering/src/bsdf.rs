@@ -1,0 +1,104 @@
+//! The closed set of surfaces and the dispatch to them. A new surface is one file and one arm in each function here.
+
+use ergodic_geometry::Frame;
+use glam::DVec3;
+
+use crate::{Component, Lambert, Layered, Rgb};
+
+/// How a surface scatters at one point, in its shading frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Bsdf {
+    /// Lambertian and nothing else.
+    Lambert(Lambert),
+    /// glTF's layered surface.
+    Layered(Layered),
+}
+
+impl Bsdf {
+    /// A surface that scatters nothing.
+    pub const BLACK: Self = Self::Lambert(Lambert { albedo: Rgb::ZERO });
+
+    /// Whether any lobe belongs to `component`.
+    #[inline]
+    pub(crate) fn has(&self, component: Component) -> bool {
+        match self {
+            Self::Lambert(lambert) => component == Component::Rough && lambert.albedo != Rgb::ZERO,
+            Self::Layered(layered) => layered.has(component),
+        }
+    }
+
+    /// Index of refraction below the surface relative to above; 1 unless the surface bounds a solid.
+    #[inline]
+    pub(crate) fn index_below(&self) -> f64 {
+        match self {
+            Self::Lambert(_) => 1.0,
+            Self::Layered(layered) => layered.index(DVec3::NEG_Z),
+        }
+    }
+
+    /// The density of a Dirac component in a direction with this cosine, without its selection probability.
+    #[inline]
+    pub(crate) fn dirac_density(&self, component: Component, cos: f64) -> f64 {
+        match self {
+            Self::Layered(layered) if component != Component::Rough && layered.has(component) => {
+                layered.dirac_density(cos)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Whether the surface bounds a solid.
+    #[inline]
+    pub(crate) fn is_solid(&self) -> bool {
+        match self {
+            Self::Lambert(_) => false,
+            Self::Layered(layered) => layered.is_solid(),
+        }
+    }
+
+    /// The scattering function without the shading-normal factor.
+    #[inline]
+    pub(crate) fn eval(&self, frame: &Frame, light: DVec3, eye: DVec3, component: Component) -> Rgb {
+        match self {
+            Self::Lambert(lambert) if component == Component::Rough => {
+                lambert.eval(light.dot(frame.n), eye.dot(frame.n))
+            }
+            Self::Lambert(_) => Rgb::ZERO,
+            Self::Layered(layered) => layered.eval(frame.to_local(light), frame.to_local(eye), component),
+        }
+    }
+
+    /// Density of sampling `to` given `from`.
+    #[inline]
+    pub(crate) fn pdf(&self, frame: &Frame, from: DVec3, to: DVec3, component: Component) -> f64 {
+        match self {
+            Self::Lambert(lambert) if component == Component::Rough => lambert.pdf(from.dot(frame.n), to.dot(frame.n)),
+            Self::Lambert(_) => 0.0,
+            Self::Layered(layered) => layered.pdf(frame.to_local(from), frame.to_local(to), component),
+        }
+    }
+
+    /// A direction drawn with [`Self::pdf`].
+    #[inline]
+    pub(crate) fn sample(&self, frame: &Frame, from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
+        match self {
+            Self::Lambert(lambert) => {
+                lambert.sample(frame, from.dot(frame.n), [u[1], u[2]]).map(|to| (to, Component::Rough))
+            }
+            Self::Layered(layered) => {
+                layered.sample(frame.to_local(from), u).map(|(to, component)| (frame.to_world(to), component))
+            }
+        }
+    }
+
+    /// The direction a Dirac component leads to.
+    #[inline]
+    pub(crate) fn dirac_direction(&self, frame: &Frame, from: DVec3, component: Component) -> Option<DVec3> {
+        match self {
+            Self::Lambert(_) => None,
+            Self::Layered(layered) => {
+                layered.dirac_direction(frame.to_local(from), component).map(|to| frame.to_world(to))
+            }
+        }
+    }
+}

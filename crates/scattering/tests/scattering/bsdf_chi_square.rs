@@ -1,0 +1,162 @@
+//! Every sampler draws from the density that `pdf` states.
+
+use ergodic_scattering::{Component, Interaction};
+use glam::DVec3;
+
+use crate::support::{Kind, Outcome, Random, Rings, chi_square_directions, inclined};
+
+const SAMPLES: u64 = 50_000;
+const ALPHAS: [f64; 6] = [1.0, 0.5, 0.1, 1e-2, 2e-3, 1e-4];
+const COSINES: [f64; 5] = [1.0, 0.7, 0.3, 0.05, 2e-3];
+const DIRAC: [Component; 2] = [Component::DiracReflection, Component::DiracTransmission];
+
+/// Tilts of the shading normal.
+const STRAIGHT: DVec3 = DVec3::Z;
+const TILTED: DVec3 = DVec3::new(0.48, -0.36, 0.8);
+
+/// Probabilities with which the Dirac components are chosen.
+fn dirac_probabilities(at: &Interaction, from: DVec3) -> [f64; 2] {
+    DIRAC.map(|component| {
+        let to = at.dirac_direction(from, component);
+        to.map_or(0.0, |to| at.pdf(from, to, component) / at.dirac_density(to, component))
+    })
+}
+
+/// One draw of which only the directions on the side of `axis` count as such.
+fn draw(at: &Interaction, from: DVec3, axis: DVec3, u: [f64; 3]) -> Outcome {
+    match at.sample(from, u) {
+        None => Outcome::Nothing,
+        Some((w, Component::Rough)) if w.z * axis.z > 0.0 => Outcome::Direction(w),
+        Some((_, Component::Rough)) => Outcome::Nothing,
+        Some((_, Component::DiracReflection)) => Outcome::Other(0),
+        Some((_, Component::DiracTransmission)) => Outcome::Other(1),
+    }
+}
+
+/// Where the reflected and the transmitted lobe point: what a smooth surface of the kind would do.
+fn axes(kind: Kind, ns: DVec3, from: DVec3) -> [Option<DVec3>; 2] {
+    DIRAC.map(|component| kind.at(0.0, ns).dirac_direction(from, component))
+}
+
+fn check(kind: Kind, alpha: f64, ns: DVec3, from: DVec3, seed: u64) -> Result<(), String> {
+    let at = kind.at(alpha, ns);
+    let [reflected, transmitted] = axes(kind, ns, from);
+    let above = DVec3::Z * from.z.signum();
+    for axis in [reflected.unwrap_or(above), transmitted.unwrap_or(-above)] {
+        let mut random = Random::new(seed);
+        let width = if alpha < 1e-3 { 1.0 } else { alpha * from.dot(ns).abs().clamp(0.1, 1.0) };
+        let rings = Rings::new(axis, width, 11, 10);
+        let pdf = |w: DVec3| if w.z * axis.z > 0.0 { at.pdf(from, w, Component::Rough) } else { 0.0 };
+        let others = dirac_probabilities(&at, from);
+        chi_square_directions(&rings, SAMPLES, &pdf, &others, &mut || draw(&at, from, axis, random.three()))
+            .map_err(|error| format!("{kind:?} alpha {alpha} from {from} about {axis}: {error}"))?;
+    }
+    Ok(())
+}
+
+fn check_all(kind: Kind, sides: &[f64]) -> Result<(), String> {
+    let mut seed = kind as u64 * 1000;
+    for alpha in ALPHAS {
+        for (i, cos) in COSINES.into_iter().enumerate() {
+            for side in sides {
+                for ns in [STRAIGHT, TILTED] {
+                    // The tilted normal is tried with every other direction.
+                    if ns == TILTED && (i % 2 == 0 || alpha == 0.5) {
+                        continue;
+                    }
+                    seed += 1;
+                    let from = inclined(cos, 0.6 + 0.5 * i as f64) * *side;
+                    check(kind, alpha, ns, from, seed)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+const ABOVE: &[f64] = &[1.0];
+const BOTH: &[f64] = &[1.0, -1.0];
+
+#[test]
+fn lambert() {
+    for (ns, cos) in [(STRAIGHT, 1.0), (TILTED, 0.7), (TILTED, -0.4), (STRAIGHT, 1e-3)] {
+        check(Kind::Lambert, 1.0, ns, inclined(cos, 2.0), 1).unwrap();
+    }
+}
+
+#[test]
+fn metal() {
+    check_all(Kind::Metal, ABOVE).unwrap();
+}
+
+#[test]
+fn coated() {
+    check_all(Kind::Coated, ABOVE).unwrap();
+}
+
+#[test]
+fn half_metal() {
+    // From behind: two-sided.
+    check_all(Kind::HalfMetal, &[-1.0]).unwrap();
+}
+
+#[test]
+fn glass() {
+    check_all(Kind::Glass, BOTH).unwrap();
+}
+
+#[test]
+fn mixed_solid() {
+    check_all(Kind::MixedSolid, BOTH).unwrap();
+}
+
+#[test]
+fn bubble() {
+    check_all(Kind::Bubble, BOTH).unwrap();
+}
+
+#[test]
+fn thin() {
+    check_all(Kind::Thin, ABOVE).unwrap();
+}
+
+#[test]
+fn mixed_thin() {
+    check_all(Kind::MixedThin, BOTH).unwrap();
+}
+
+/// A planted fault must fail.
+fn assert_caught(kind: Kind, alpha: f64, from: DVec3, faulty: &dyn Fn(&Interaction, DVec3) -> f64) {
+    let at = kind.at(alpha, STRAIGHT);
+    let [axis, _] = axes(kind, STRAIGHT, from);
+    let axis = axis.expect("a reflecting kind");
+    let mut random = Random::new(9);
+    let rings = Rings::new(axis, alpha.max(0.1), 14, 10);
+    let pdf = |w: DVec3| if w.z * axis.z > 0.0 { faulty(&at, w) } else { 0.0 };
+    let others = dirac_probabilities(&at, from);
+    let result = chi_square_directions(&rings, SAMPLES, &pdf, &others, &mut || draw(&at, from, axis, random.three()));
+    assert!(result.is_err(), "the fault was not noticed");
+}
+
+#[test]
+fn a_missing_jacobian_is_caught() {
+    let from = inclined(0.7, 0.4);
+    for alpha in [0.5, 0.1] {
+        // The density of the half vector, scaled so that only its shape is wrong.
+        assert_caught(Kind::Metal, alpha, from, &|at, w| {
+            at.pdf(from, w, Component::Rough) * from.dot((from + w).normalize()) / 0.7
+        });
+    }
+}
+
+#[test]
+fn a_forgotten_lobe_choice_is_caught() {
+    let from = inclined(0.5, 0.4);
+    // A smooth coat over a diffuse base: the diffuse density without the probability of not reflecting.
+    assert_caught(Kind::Coated, 0.0, from, &|_, w| w.z / std::f64::consts::PI);
+    // Two rough lobes mixed as if they were equally likely.
+    let metal = Kind::Metal.at(0.1, STRAIGHT);
+    assert_caught(Kind::Coated, 0.1, from, &|_, w| {
+        0.5 * w.z / std::f64::consts::PI + 0.5 * metal.pdf(from, w, Component::Rough)
+    });
+}

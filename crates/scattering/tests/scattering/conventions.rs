@@ -1,0 +1,196 @@
+//! Reciprocity, the convention for Dirac components, and the factor of shading normals.
+
+use ergodic_scattering::{Component, Interaction, Rgb};
+use glam::DVec3;
+
+use crate::support::{ALL, BASE, Kind, Random, inclined};
+
+const TILTED: DVec3 = DVec3::new(0.48, -0.36, 0.8);
+
+fn index(at: &Interaction, w: DVec3) -> f64 {
+    if w.dot(at.ng) < 0.0 { at.index_below() } else { 1.0 }
+}
+
+fn relative(a: Rgb, b: Rgb) -> f64 {
+    let scale = a.abs().max_element().max(b.abs().max_element());
+    if scale == 0.0 { 0.0 } else { (a - b).abs().max_element() / scale }
+}
+
+/// The largest violations of f(a->b)/n_b^2 = f(b->a)/n_a^2 and of f(a->b) = f(b->a) over random pairs, and how many
+/// pairs did scatter.
+fn reciprocity(kind: Kind, alpha: f64, ns: DVec3, pairs: u32) -> (f64, f64, u32) {
+    let at = kind.at(alpha, ns);
+    let mut random = Random::new(5);
+    let (mut worst, mut worst_plain, mut scattered) = (0.0_f64, 0.0_f64, 0);
+    for i in 0..pairs {
+        let a = random.direction();
+        // Uniform pairs, and pairs that the surface itself makes.
+        let b = if i % 2 == 0 { Some(random.direction()) } else { at.sample(a, random.three()).map(|(b, _)| b) };
+        let Some(b) = b else { continue };
+        let unshaded = |l: DVec3, e: DVec3| at.eval(l, e, Component::Rough) * (l.dot(at.ng) / l.dot(at.frame.n)).abs();
+        let (forth, back) = (unshaded(a, b), unshaded(b, a));
+        if forth == Rgb::ZERO && back == Rgb::ZERO {
+            continue;
+        }
+        scattered += 1;
+        let (n_a, n_b) = (index(&at, a), index(&at, b));
+        worst = worst.max(relative(forth / (n_b * n_b), back / (n_a * n_a)));
+        worst_plain = worst_plain.max(relative(forth, back));
+    }
+    (worst, worst_plain, scattered)
+}
+
+#[test]
+fn scattering_is_reciprocal_up_to_the_square_of_the_index() {
+    for kind in ALL {
+        for alpha in [1.0, 0.3, 0.03, 2e-3] {
+            for ns in [DVec3::Z, TILTED] {
+                let (worst, _, scattered) = reciprocity(kind, alpha, ns, 2000);
+                assert!(scattered > 100 || kind == Kind::Invisible, "{kind:?} {alpha}: {scattered}");
+                assert!(worst < 1e-9, "{kind:?} {alpha} {ns}: {worst}");
+            }
+        }
+    }
+}
+
+#[test]
+fn leaving_the_square_of_the_index_out_is_noticed() {
+    for (kind, ior) in [(Kind::Glass, 1.5), (Kind::MixedSolid, 1.8)] {
+        let (_, worst, _) = reciprocity(kind, 0.3, DVec3::Z, 2000);
+        let expected = 1.0 - 1.0 / (ior * ior);
+        assert!((worst - expected).abs() < 1e-9, "{worst} {expected}");
+    }
+}
+
+/// Fresnel's equations in the angles' form, independent of the library's.
+fn fresnel(cos_i: f64, n_i: f64, n_t: f64) -> f64 {
+    let theta_i = cos_i.acos();
+    let sin_t = n_i / n_t * theta_i.sin();
+    if sin_t >= 1.0 {
+        return 1.0;
+    }
+    let theta_t = sin_t.asin();
+    let s = (theta_i - theta_t).sin() / (theta_i + theta_t).sin();
+    let p = (theta_i - theta_t).tan() / (theta_i + theta_t).tan();
+    0.5 * (s * s + p * p)
+}
+
+/// Checks both identities of the convention for the component, and returns its coefficient.
+fn identities(at: &Interaction, from: DVec3, to: DVec3, component: Component, expected: Rgb) {
+    let density = at.dirac_density(to, component);
+    let selection = at.pdf(from, to, component) / density;
+    assert!(selection > 0.0 && selection <= 1.0 + 1e-12);
+    let (n_from, n_to) = (index(at, from), index(at, to));
+    let ns = at.frame.n;
+    assert!((density - to.dot(ns).abs() * n_to * n_to).abs() < 1e-12);
+    // Importance: from is the light's side. Left over is the shading-normal factor of the adjoint (Veach 5.3.2).
+    let importance = at.eval(from, to, component) * to.dot(at.ng).abs() / at.pdf(from, to, component);
+    let adjoint = (from.dot(ns) * to.dot(at.ng) / (from.dot(at.ng) * to.dot(ns))).abs();
+    assert!(relative(importance, expected * adjoint / selection) < 1e-9, "{importance} {expected} {selection}");
+    // Radiance: from is the eye's side. It is compressed by the square of the index, and no normal shows.
+    let radiance = at.eval(to, from, component) * to.dot(at.ng).abs() / at.pdf(from, to, component);
+    let compression = (n_from / n_to).powi(2);
+    assert!(relative(radiance, expected * (compression / selection)) < 1e-9, "{radiance} {expected}");
+}
+
+#[test]
+fn dirac_components_keep_the_convention() {
+    for ns in [DVec3::Z, TILTED] {
+        for cos in [0.95, 0.8, 0.5, 0.3, -0.9, -0.8, -0.7, -0.3] {
+            for (kind, ior) in [(Kind::Glass, 1.5), (Kind::Thin, 1.5), (Kind::Bubble, 0.75)] {
+                let at = kind.at(0.0, ns);
+                let from = inclined(cos, 1.0);
+                let cos_s = from.dot(ns);
+                if cos * cos_s <= 0.0 {
+                    continue;
+                }
+                let solid = kind != Kind::Thin;
+                assert_eq!(at.medium_below(), solid);
+                let (n_i, n_t) = if solid && cos < 0.0 { (ior, 1.0) } else { (1.0, ior) };
+                let reflectance = fresnel(cos_s.abs(), n_i, n_t);
+                if let Some(to) = at.dirac_direction(from, Component::DiracReflection) {
+                    assert!((from + to - ns * (2.0 * cos_s)).length() < 1e-12);
+                    identities(&at, from, to, Component::DiracReflection, Rgb::splat(reflectance));
+                }
+                let transmitted = at.dirac_direction(from, Component::DiracTransmission);
+                if reflectance == 1.0 {
+                    assert!(transmitted.is_none());
+                }
+                let Some(to) = transmitted else { continue };
+                if solid {
+                    // Snell's law: the tangential parts of n w cancel.
+                    let sum = from * n_i + to * n_t;
+                    assert!((sum - ns * sum.dot(ns)).length() < 1e-12);
+                } else {
+                    assert!((to + from).length() < 1e-12);
+                }
+                assert!(to.dot(ns) * cos_s < 0.0);
+                identities(&at, from, to, Component::DiracTransmission, BASE * (1.0 - reflectance));
+                let back = at.dirac_direction(to, Component::DiracTransmission).unwrap();
+                assert!((back - from).length() < 1e-9);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_smooth_metal_and_a_smooth_coat_keep_the_convention() {
+    for cos in [1.0, 0.6, 0.2, -0.5] {
+        let from = inclined(cos, 0.2);
+        let weight = (1.0 - cos.abs()).powi(5);
+        let metal = Kind::Metal.at(0.0, DVec3::Z);
+        let to = metal.dirac_direction(from, Component::DiracReflection).unwrap();
+        identities(&metal, from, to, Component::DiracReflection, BASE + (Rgb::ONE - BASE) * weight);
+        let coated = Kind::Coated.at(0.0, DVec3::Z);
+        identities(&coated, from, to, Component::DiracReflection, Rgb::splat(0.04 + 0.96 * weight));
+        assert!(coated.has_rough() && !metal.has_rough());
+        // The diffuse base keeps what the coat lets through at the half vector.
+        let w = inclined(0.4 * cos.signum(), 2.0);
+        let m = (1.0 - from.dot((from + w).normalize())).powi(5);
+        let expected = BASE * ((1.0 - (0.04 + 0.96 * m)) / std::f64::consts::PI);
+        assert!(relative(coated.eval(from, w, Component::Rough), expected) < 1e-12);
+    }
+}
+
+#[test]
+fn no_light_leaks_where_the_normals_disagree() {
+    let ns = DVec3::new(std::f64::consts::FRAC_1_SQRT_2, 0.0, std::f64::consts::FRAC_1_SQRT_2);
+    let mut random = Random::new(3);
+    for kind in ALL {
+        for alpha in [0.5, 0.05, 0.0] {
+            let at = kind.at(alpha, ns);
+            for _ in 0..2000 {
+                let (from, other) = (random.direction(), random.direction());
+                let disagree = |w: DVec3| w.dot(ns) * w.z <= 0.0;
+                if disagree(from) || disagree(other) {
+                    assert_eq!(at.eval(from, other, Component::Rough), Rgb::ZERO);
+                    assert_eq!(at.pdf(from, other, Component::Rough), 0.0);
+                }
+                if let Some((to, component)) = at.sample(from, random.three()) {
+                    assert!(!disagree(from) && !disagree(to));
+                    let opaque = matches!(kind, Kind::Lambert | Kind::Metal | Kind::Coated | Kind::HalfMetal);
+                    assert!(!opaque || from.z * to.z > 0.0);
+                    assert!(at.pdf(from, to, component) > 0.0);
+                    if component != Component::Rough {
+                        let again = at.dirac_direction(from, component).unwrap();
+                        assert_eq!(to, again);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_shading_normal_enters_only_as_veachs_factor() {
+    let mut random = Random::new(4);
+    let (flat, bumpy) = (Kind::Lambert.at(1.0, DVec3::Z), Kind::Lambert.at(1.0, TILTED));
+    for _ in 0..1000 {
+        let (light, eye) = (random.direction(), random.direction());
+        let f = bumpy.eval(light, eye, Component::Rough);
+        if f != Rgb::ZERO {
+            let factor = (light.dot(TILTED) / light.z).abs();
+            assert!(relative(f, flat.eval(light, eye, Component::Rough) * factor) < 1e-12);
+        }
+    }
+}

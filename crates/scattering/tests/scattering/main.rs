@@ -1,0 +1,10 @@
+//! The laws of one local interaction: samplers against densities, reciprocity, energy, conventions, hard numerics.
+
+mod bsdf_chi_square;
+mod camera;
+mod conventions;
+mod energy;
+mod lights;
+mod materials;
+mod numerics;
+mod support;

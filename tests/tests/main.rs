@@ -1,0 +1,4 @@
+//! Cross-crate tests: one binary, so that they share one build.
+
+mod mutation_laws;
+mod strategies;

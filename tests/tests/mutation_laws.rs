@@ -1,0 +1,422 @@
+//! The laws of every mutation on real scenes: the way back has support, detailed balance, the density is the sampler's,
+//! and one step from exact samples leaves the target invariant; and planted faults that break them.
+
+use std::f64::consts::PI;
+
+use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
+use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
+use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution, raster};
+use ergodic_render::{Purpose, stream};
+use ergodic_scattering::{Component, luminance};
+use ergodic_tests::{PathSource, space};
+use glam::DVec3;
+
+const SCENES: [&str; 4] = ["cornell", "ajar", "glass", "pool"];
+const SIZE: (u32, u32) = (64, 64);
+const LENGTHS: Lengths = Lengths { min_edges: 1, max_edges: 8 };
+
+fn members() -> Vec<AnyMutation> {
+    AnyMutation::all()
+}
+
+fn mixture(members: Vec<AnyMutation>) -> Mixture<AnyMutation> {
+    Mixture::new(members.into_iter().map(|m| (1.0, m)).collect()).unwrap()
+}
+
+/// ln C of a path from its points alone.
+fn ln_target(space: &PathSpace, x: &Path) -> f64 {
+    let target = LuminanceTarget { scene: &space.scene };
+    LuminanceTarget::ln_density(&target.evaluate(x))
+}
+
+#[test]
+fn the_way_back_has_support_and_balance_is_detailed() {
+    for name in SCENES {
+        let space = space(name, SIZE, LENGTHS);
+        for mutation in members() {
+            let (mut tried, mut one_way, mut suitable) = (0u32, 0u32, 0u32);
+            let mut source = PathSource::new(&space);
+            let mut rng = stream(17, Purpose::Chain, 1);
+            let (mut x, mut y) = (Path::default(), Path::default());
+            for _ in 0..20_000 {
+                if source.draw(&mut x, &mut rng).is_none() || mutation.suitability(&space, &x) == 0.0 {
+                    continue;
+                }
+                suitable += 1;
+                let Ok(plan) = mutation.propose(&space, &x, &mut y, &mut rng) else { continue };
+                let ln_fy = ln_target(&space, &y);
+                if ln_fy == f64::NEG_INFINITY {
+                    continue;
+                }
+                tried += 1;
+                let forward = mutation.ln_density(&space, &x, &y, plan);
+                let backward = mutation.ln_density(&space, &y, &x, plan);
+                assert!(forward.is_finite(), "{name} {}: forward density {forward}", mutation.name());
+                assert!(!backward.is_nan() && backward < f64::INFINITY, "{name} {}: {backward}", mutation.name());
+                assert!(mutation.suitability(&space, &y) > 0.0 || backward == f64::NEG_INFINITY);
+                one_way += u32::from(backward == f64::NEG_INFINITY);
+                // The candidate's cached edges are those of its points, and the film sees it.
+                let mut again = y.clone();
+                again.recompute_edges(&space.scene);
+                assert_eq!(again.edges, y.edges, "{name} {}", mutation.name());
+                assert!(raster(&space.scene, &y).is_some());
+                if backward == f64::NEG_INFINITY {
+                    continue;
+                }
+                // K(x, y) C(x) == K(y, x) C(y), the acceptance computed once from either side.
+                let ln_fx = ln_target(&space, &x);
+                let ratio = (ln_fy - forward) - (ln_fx - backward);
+                let flow_there = ln_fx + forward + ratio.min(0.0);
+                let ratio_back =
+                    (ln_target(&space, &x) - mutation.ln_density(&space, &y, &x, plan))
+                        - (ln_target(&space, &again) - mutation.ln_density(&space, &x, &again, plan));
+                let flow_back = ln_target(&space, &again) + backward + ratio_back.min(0.0);
+                assert!(
+                    (flow_there - flow_back).abs() <= 1e-9 * flow_there.abs().max(1.0),
+                    "{name} {}: {flow_there} {flow_back}",
+                    mutation.name()
+                );
+            }
+            println!("{name} {}: {suitable} suitable, {tried} tried, {one_way} without a way back", mutation.name());
+            // Only the caustic perturbation has ranges that depend on the path, so only it may lose the way back.
+            let allowed = if matches!(mutation, AnyMutation::Caustic(_)) { tried / 5 } else { 0 };
+            assert!(one_way <= allowed, "{name} {}: {one_way} of {tried} have no way back", mutation.name());
+        }
+    }
+}
+
+/// Test functions of a path: image cells, length, brightness, places along the path, which light, which component.
+const FUNCTIONS: usize = 32;
+
+fn functions(space: &PathSpace, x: &Path, out: &mut [f64; FUNCTIONS]) {
+    out.fill(0.0);
+    let k = x.length();
+    let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
+    let r = raster(&space.scene, x).unwrap();
+    let cell = |v: f64, n: f64| ((v / n * 4.0) as usize).min(3);
+    out[cell(r.y, height) * 4 + cell(r.x, width)] = 1.0;
+    if k <= 6 {
+        out[15 + k] = 1.0;
+    }
+    out[22] = contribution(&space.scene, x).ln_luminance().clamp(-30.0, 30.0);
+    let first = if x.vertices[0].is_surface() { x.vertices[0].position } else { DVec3::ZERO };
+    out[23] = first.x;
+    out[24] = x.vertices[1.min(k - 1)].position.y;
+    out[25] = x.vertices[k - 1].position.x;
+    out[26] = x.vertices[k - 1].position.z;
+    out[27] = x.vertices[1..k].iter().filter(|v| v.component != Component::Rough).count() as f64;
+    out[28] = x.vertices[1..k].iter().filter(|v| v.component == Component::DiracTransmission).count() as f64;
+    out[29] = x.vertices[1.max(k / 2)].position.x;
+    out[30] = x.edges[k - 1].direction.dot(x.edges[k / 2].direction);
+    out[31] = f64::from(u8::from(matches!(x.vertices[0].kind, Kind::Surface))) * (first.z + x.edges[0].direction.y);
+}
+
+/// Drifts of the test functions over one step from exact weighted samples: for each function Σ D / sqrt(Σ D²) with
+/// D = w a (h(y) - h(x)), which is near standard normal when the kernel leaves the target invariant (T3).
+fn drifts<M>(space: &PathSpace, kernels: &[M], samples: usize, seed: u64) -> Vec<[f64; FUNCTIONS]>
+where
+    M: Mutation<Space = PathSpace, State = Path>,
+{
+    let mut sums = vec![[(0.0, 0.0); FUNCTIONS]; kernels.len()];
+    let mut source = PathSource::new(space);
+    let mut rng = stream(seed, Purpose::Chain, 2);
+    let mut x = Path::default();
+    let (mut hx, mut hy) = ([0.0; FUNCTIONS], [0.0; FUNCTIONS]);
+    let target = LuminanceTarget { scene: &space.scene };
+    for _ in 0..samples {
+        let Some(weight) = source.draw(&mut x, &mut rng) else { continue };
+        functions(space, &x, &mut hx);
+        for (kernel, sums) in kernels.iter().zip(&mut sums) {
+            if kernel.suitability(space, &x) == 0.0 {
+                continue;
+            }
+            let mut chain = Chain::new(x.clone(), &target);
+            let Step::Tried { acceptance, accepted, .. } = chain.step(&target, kernel, space, &mut rng) else { continue };
+            if acceptance == 0.0 {
+                continue;
+            }
+            let y = if accepted { chain.current().0 } else { chain.other().0 };
+            functions(space, y, &mut hy);
+            for (i, sum) in sums.iter_mut().enumerate() {
+                let d = weight * acceptance * (hy[i] - hx[i]);
+                sum.0 += d;
+                sum.1 += d * d;
+            }
+        }
+    }
+    sums.iter().map(|sums| sums.map(|(sum, squares): (f64, f64)| if squares > 0.0 { sum / squares.sqrt() } else { 0.0 })).collect()
+}
+
+fn largest(drifts: &[f64; FUNCTIONS]) -> f64 {
+    drifts.iter().fold(0.0, |max: f64, z| max.max(z.abs()))
+}
+
+/// Family of 4 scenes x 5 kernels x 32 functions at 1e-4 two-sided, by Sidak.
+const DRIFT_LIMIT: f64 = 5.3;
+
+fn check_invariance(name: &str, samples: usize) {
+    let space = space(name, SIZE, LENGTHS);
+    let mut kernels: Vec<Mixture<AnyMutation>> = members().into_iter().map(|m| mixture(vec![m])).collect();
+    kernels.push(mixture(members()));
+    let found = drifts(&space, &kernels, samples, 23);
+    for (kernel, drifts) in kernels.iter().zip(&found) {
+        let names: Vec<_> = kernel.members().iter().map(|(_, m)| m.name()).collect();
+        println!("{name} {names:?}: max |t| = {:.2}", largest(drifts));
+        assert!(largest(drifts) < DRIFT_LIMIT, "{name} {names:?}: {drifts:?}");
+    }
+}
+
+#[test]
+fn one_step_leaves_the_target_invariant_in_cornell() {
+    check_invariance("cornell", 150_000);
+}
+
+#[test]
+fn one_step_leaves_the_target_invariant_in_ajar() {
+    check_invariance("ajar", 150_000);
+}
+
+#[test]
+fn one_step_leaves_the_target_invariant_in_glass() {
+    check_invariance("glass", 150_000);
+}
+
+#[test]
+fn one_step_leaves_the_target_invariant_in_pool() {
+    check_invariance("pool", 150_000);
+}
+
+/// A kernel with a planted fault: its density is changed by a factor.
+struct Faulty<'a> {
+    inner: Mixture<AnyMutation>,
+    ln_factor: &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64,
+}
+
+impl Mutation for Faulty<'_> {
+    type Space = PathSpace;
+    type State = Path;
+    type Plan = (usize, Splice);
+    type Failure = ergodic_metropolis::NotProposed<Rejection>;
+
+    fn propose(
+        &self,
+        space: &PathSpace,
+        x: &Path,
+        y: &mut Path,
+        rng: &mut impl RandomSource,
+    ) -> Result<Self::Plan, Self::Failure> {
+        self.inner.propose(space, x, y, rng)
+    }
+
+    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Self::Plan) -> f64 {
+        self.inner.ln_density(space, from, to, plan) + (self.ln_factor)(space, from, to, plan)
+    }
+}
+
+fn fault_drift(
+    scene: &str,
+    members: Vec<AnyMutation>,
+    ln_factor: &dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64,
+) -> f64 {
+    let space = space(scene, SIZE, LENGTHS);
+    let kernels = [Faulty { inner: mixture(members), ln_factor }];
+    let z = largest(&drifts(&space, &kernels, 60_000, 29)[0]);
+    println!("{scene}: max |t| = {z:.1}");
+    z
+}
+
+#[test]
+fn a_forgotten_choice_probability_is_caught() {
+    let all = mixture(members());
+    let z = fault_drift("glass", members(), &|space, from, _, (index, _)| -all.probability(index, space, from).ln());
+    assert!(z > 8.0, "z = {z}");
+}
+
+#[test]
+fn a_probability_read_from_the_wrong_path_is_caught() {
+    let all = mixture(members());
+    let z = fault_drift("glass", members(), &|space, from, to, (index, _)| {
+        all.probability(index, space, to).ln() - all.probability(index, space, from).ln()
+    });
+    assert!(z > 8.0, "z = {z}");
+}
+
+#[test]
+fn a_lost_jacobian_is_caught() {
+    // The step from solid angle to area at the vertex that the lens perturbation connects.
+    let z = fault_drift("cornell", vec![AnyMutation::Lens(Lens::default())], &|_, _, to, (_, plan)| {
+        -to.edges[plan.prefix].to_light_side.ln()
+    });
+    assert!(z > 8.0, "z = {z}");
+    // The same of the caustic perturbation.
+    let z = fault_drift("cornell", vec![AnyMutation::Caustic(Caustic::default())], &|_, _, to, (_, plan)| {
+        -to.edges[plan.prefix - 1].to_eye_side.ln()
+    });
+    assert!(z > 8.0, "z = {z}");
+}
+
+#[test]
+fn a_missing_eta_squared_is_caught() {
+    // The bidirectional mutation's new Dirac transmissions, each without its n².
+    let z = fault_drift("glass", vec![AnyMutation::Bidirectional(Bidirectional {})], &|_, _, to, (_, plan)| {
+        let changed = plan.prefix.max(1)..to.vertices.len() - plan.suffix;
+        let refractions = to.vertices[changed].iter().filter(|v| v.component == Component::DiracTransmission);
+        -refractions.map(|v| v.interaction.index_below().ln()).sum::<f64>()
+    });
+    assert!(z > 8.0, "z = {z}");
+}
+
+/// The caustic perturbation with the range of angles not recomputed for the way back: where the true density is 0 because
+/// the angle lies outside the other path's range, the fault has one all the same.
+#[derive(Clone, Copy)]
+struct StaleRange;
+
+impl Mutation for StaleRange {
+    type Space = PathSpace;
+    type State = Path;
+    type Plan = Splice;
+    type Failure = Rejection;
+
+    fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
+        narrow().suitability(space, x)
+    }
+
+    fn propose(
+        &self,
+        space: &PathSpace,
+        x: &Path,
+        y: &mut Path,
+        rng: &mut impl RandomSource,
+    ) -> Result<Splice, Rejection> {
+        narrow().propose(space, x, y, rng)
+    }
+
+    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        let (narrow, wide) = (narrow(), wide());
+        let density = narrow.ln_density(space, from, to, plan);
+        if density > f64::NEG_INFINITY {
+            return density;
+        }
+        // 1 / (2π θ sin θ ln(θ₂/θ₁)) differs between the two ranges by the logarithm alone.
+        let ln_ratio = |c: &Caustic| {
+            let pixels = f64::from(SIZE.0) * f64::from(SIZE.1);
+            ((c.image_share * pixels / PI).sqrt() / c.min_pixels).ln()
+        };
+        wide.ln_density(space, from, to, plan) + (ln_ratio(&wide) / ln_ratio(&narrow)).ln()
+    }
+}
+
+fn narrow() -> Caustic {
+    Caustic { min_pixels: 1.0, image_share: 0.002 }
+}
+
+fn wide() -> Caustic {
+    Caustic { min_pixels: 1e-4, image_share: 1.0 }
+}
+
+#[test]
+fn a_range_of_angles_that_is_not_recomputed_is_caught() {
+    let space = space("cornell", SIZE, LENGTHS);
+    let right = largest(&drifts(&space, &[narrow()], 150_000, 31)[0]);
+    let wrong = largest(&drifts(&space, &[StaleRange], 150_000, 31)[0]);
+    println!("right {right:.1}, wrong {wrong:.1}");
+    assert!(right < DRIFT_LIMIT, "{right}");
+    assert!(wrong > 8.0, "{wrong}");
+}
+
+/// Over proposals, E[1/T; plan, y in a region] is the measure of the region: its area when one rough vertex moves (the
+/// volume law). `region` says whether the moved vertex lies in it.
+fn volume(
+    space: &PathSpace,
+    mutation: &AnyMutation,
+    x: &Path,
+    plan: Splice,
+    proposals: u32,
+    region: impl Fn(DVec3) -> bool,
+    fault: impl Fn(&Path) -> f64,
+) -> (f64, f64) {
+    let mut rng = stream(37, Purpose::Chain, 3);
+    let mut y = Path::default();
+    let (mut sum, mut squares) = (0.0, 0.0);
+    for _ in 0..proposals {
+        if mutation.propose(space, x, &mut y, &mut rng) != Ok(plan) || y.vertices.len() != x.vertices.len() {
+            continue;
+        }
+        if region(y.vertices[plan.prefix].position) {
+            let w = (-mutation.ln_density(space, x, &y, plan)).exp() * fault(&y);
+            sum += w;
+            squares += w * w;
+        }
+    }
+    let n = f64::from(proposals);
+    let mean = sum / n;
+    (mean, ((squares / n - mean * mean) / n).sqrt())
+}
+
+#[test]
+fn the_density_is_that_of_the_sampler_by_volume() {
+    let space = space("cornell", SIZE, Lengths { min_edges: 2, max_edges: 3 });
+    // A path light -> wall or block -> floor -> eye, whose floor vertex is well inside the floor.
+    let mut source = PathSource::new(&space);
+    let mut rng = stream(41, Purpose::Chain, 4);
+    let mut x = Path::default();
+    let (floor, _) = space.scene.world().bounds();
+    let on_floor = |p: DVec3| (p.y - floor.y).abs() < 1e-9;
+    let found = (0..100_000).any(|_| {
+        source.draw(&mut x, &mut rng).is_some()
+            && x.length() == 2
+            && on_floor(x.vertices[1].position)
+            && (raster(&space.scene, &x).unwrap().x / f64::from(SIZE.0) - 0.5).abs() < 0.15
+    });
+    assert!(found, "no path over the middle of the floor");
+    let centre = x.vertices[1].position;
+    // A patch beside the vertex, outside the smallest jump, all of it seen by the eye and by the light's point.
+    let half = 0.02;
+    let middle = centre + DVec3::new(0.05, 0.0, 0.0);
+    let in_patch = |p: DVec3| on_floor(p) && (p.x - middle.x).abs() < half && (p.z - middle.z).abs() < half;
+    let area = 4.0 * half * half;
+    let plan = Splice { prefix: 1, suffix: 1 };
+    for mutation in [
+        AnyMutation::Lens(Lens::default()),
+        AnyMutation::Caustic(Caustic::default()),
+        AnyMutation::Bidirectional(Bidirectional {}),
+    ] {
+        let (measured, error) = volume(&space, &mutation, &x, plan, 3_000_000, in_patch, |_| 1.0);
+        println!("{}: {measured:.3e} +- {error:.1e}, area {area:.3e}", mutation.name());
+        assert!(error < 0.03 * area, "{}: too few samples, {error}", mutation.name());
+        assert!((measured - area).abs() < 5.0 * error, "{}: {measured} +- {error}, want {area}", mutation.name());
+        // The law can fail: without the cosine at the new vertex the volume is another.
+        let faulty = |y: &Path| y.vertices[1].interaction.ng.dot(y.edges[1].direction).abs();
+        let (measured, error) = volume(&space, &mutation, &x, plan, 300_000, in_patch, faulty);
+        assert!((measured - area).abs() > 5.0 * error, "{}: the planted fault passes", mutation.name());
+    }
+}
+
+/// Perturbations through several chains move only paths that have them; everything moves by the bidirectional mutation.
+#[test]
+fn every_path_can_be_moved() {
+    for name in SCENES {
+        let space = space(name, SIZE, LENGTHS);
+        let mut source = PathSource::new(&space);
+        let mut rng = stream(43, Purpose::Chain, 5);
+        let (mut x, mut y) = (Path::default(), Path::default());
+        let bidirectional = AnyMutation::Bidirectional(Bidirectional {});
+        let mut multi_chain = 0;
+        for _ in 0..300 {
+            if source.draw(&mut x, &mut rng).is_none() {
+                continue;
+            }
+            multi_chain +=
+                usize::from(AnyMutation::MultiChain(MultiChain::default()).suitability(&space, &x) > 0.0);
+            let moved = (0..100_000).any(|_| {
+                bidirectional.propose(&space, &x, &mut y, &mut rng).is_ok_and(|plan| {
+                    ln_target(&space, &y) > f64::NEG_INFINITY
+                        && bidirectional.ln_density(&space, &y, &x, plan) > f64::NEG_INFINITY
+                        && luminance(contribution(&space.scene, &y).rgb) > 0.0
+                })
+            });
+            assert!(moved, "{name}: stuck at {}", x.class());
+        }
+        println!("{name}: {multi_chain} of 300 suit the multi-chain perturbation");
+    }
+}

@@ -1,4 +1,5 @@
 //! Cross-crate tests: one binary, so that they share one build.
 
 mod mutation_laws;
+mod rendering;
 mod strategies;

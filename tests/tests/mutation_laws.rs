@@ -67,9 +67,8 @@ fn the_way_back_has_support_and_balance_is_detailed() {
                 let ln_fx = ln_target(&space, &x);
                 let ratio = (ln_fy - forward) - (ln_fx - backward);
                 let flow_there = ln_fx + forward + ratio.min(0.0);
-                let ratio_back =
-                    (ln_target(&space, &x) - mutation.ln_density(&space, &y, &x, plan))
-                        - (ln_target(&space, &again) - mutation.ln_density(&space, &x, &again, plan));
+                let ratio_back = (ln_target(&space, &x) - mutation.ln_density(&space, &y, &x, plan))
+                    - (ln_target(&space, &again) - mutation.ln_density(&space, &x, &again, plan));
                 let flow_back = ln_target(&space, &again) + backward + ratio_back.min(0.0);
                 assert!(
                     (flow_there - flow_back).abs() <= 1e-9 * flow_there.abs().max(1.0),
@@ -131,7 +130,9 @@ where
                 continue;
             }
             let mut chain = Chain::new(x.clone(), &target);
-            let Step::Tried { acceptance, accepted, .. } = chain.step(&target, kernel, space, &mut rng) else { continue };
+            let Step::Tried { acceptance, accepted, .. } = chain.step(&target, kernel, space, &mut rng) else {
+                continue;
+            };
             if acceptance == 0.0 {
                 continue;
             }
@@ -144,7 +145,9 @@ where
             }
         }
     }
-    sums.iter().map(|sums| sums.map(|(sum, squares): (f64, f64)| if squares > 0.0 { sum / squares.sqrt() } else { 0.0 })).collect()
+    sums.iter()
+        .map(|sums| sums.map(|(sum, squares): (f64, f64)| if squares > 0.0 { sum / squares.sqrt() } else { 0.0 }))
+        .collect()
 }
 
 fn largest(drifts: &[f64; FUNCTIONS]) -> f64 {
@@ -406,8 +409,7 @@ fn every_path_can_be_moved() {
             if source.draw(&mut x, &mut rng).is_none() {
                 continue;
             }
-            multi_chain +=
-                usize::from(AnyMutation::MultiChain(MultiChain::default()).suitability(&space, &x) > 0.0);
+            multi_chain += usize::from(AnyMutation::MultiChain(MultiChain::default()).suitability(&space, &x) > 0.0);
             let moved = (0..100_000).any(|_| {
                 bidirectional.propose(&space, &x, &mut y, &mut rng).is_ok_and(|plan| {
                     ln_target(&space, &y) > f64::NEG_INFINITY

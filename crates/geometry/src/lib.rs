@@ -1,1 +1,22 @@
-//! x
+//! Frames, instanced triangle meshes, a two-level BVH and one self-intersection policy.
+//!
+//! Positions, hits and surfaces are `f64`; only the search tree is `f32`, and it is conservative: it may visit more
+//! triangles than it must, never fewer. The triangle test that decides is watertight and runs in world space, so a hit
+//! has the same bits whether its mesh is baked into the static tree or shared by several instances.
+
+mod bvh;
+mod epsilon;
+mod error;
+mod frame;
+mod levels;
+mod mesh;
+mod placement;
+mod surface;
+mod triangle;
+mod world;
+
+pub use error::GeometryError;
+pub use frame::Frame;
+pub use mesh::Mesh;
+pub use surface::Surface;
+pub use world::{Anchor, Hit, Instance, Ray, World};

@@ -23,12 +23,19 @@ const RENORMALISE: f64 = 1e100;
 /// The greatest change of length in one mutation.
 const MAX_CHANGE: usize = 8;
 
+/// 2⁻ⁿ, exactly.
+#[inline]
+fn halving(n: usize) -> f64 {
+    // The exponent field of a double holds 1023 for 2^0; beyond 2^-1022 the value no longer matters.
+    f64::from_bits((1023 - n.min(1022) as u64) << 52)
+}
+
 /// Probability, up to normalisation, of deleting `edges` edges (Veach 11.4.2.1, p_{d,1}).
 fn deletion_weight(edges: usize) -> f64 {
     match edges {
         1 => 0.25,
         2 => 0.5,
-        n => (-(n as f64)).exp2(),
+        n => halving(n),
     }
 }
 
@@ -37,7 +44,7 @@ fn insertion_weight(change: usize) -> f64 {
     match change {
         0 => 0.5,
         1 => 0.15,
-        n => 0.2 * (-(n as f64)).exp2(),
+        n => 0.2 * halving(n),
     }
 }
 
@@ -62,7 +69,7 @@ impl Choices {
         // 1/4 + 1/2 + sum over n = 3 ..= k + 1 of 2^-n.
         match self.max_deleted() {
             2 => 0.75,
-            most => 1.0 - (-(most as f64)).exp2(),
+            most => 1.0 - halving(most),
         }
     }
 

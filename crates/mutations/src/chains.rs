@@ -43,4 +43,3 @@ pub(crate) fn copy_path(x: &Path, y: &mut Path) {
     y.vertices.clone_from(&x.vertices);
     y.edges.clone_from(&x.edges);
 }
-

@@ -143,33 +143,20 @@ impl BidirectionalSampler {
         } else {
             z.interaction.eval(-w, eye.edges[t - 2].direction, Component::Rough)
         };
-        let estimate = light.throughput[s - 1]
-            * from_y
-            * (edge.geometry * edge.transmittance)
-            * from_z
-            * eye.throughput[t - 1];
+        let estimate =
+            light.throughput[s - 1] * from_y * (edge.geometry * edge.transmittance) * from_z * eye.throughput[t - 1];
         if estimate.max_element() <= 0.0 || !scene.mutually_visible(y, z) {
             return None;
         }
-        let pdf_y_to_z =
-            if s == 1 { scene.emission_pdf(y, w) } else { rough_pdf(y, -light.edges[s - 2].direction, w) };
-        let pdf_z_to_y = if t == 1 {
-            scene.camera().pdf_solid_angle(-w)
-        } else {
-            rough_pdf(z, eye.edges[t - 2].direction, -w)
-        };
+        let pdf_y_to_z = if s == 1 { scene.emission_pdf(y, w) } else { rough_pdf(y, -light.edges[s - 2].direction, w) };
+        let pdf_z_to_y =
+            if t == 1 { scene.camera().pdf_solid_angle(-w) } else { rough_pdf(z, eye.edges[t - 2].direction, -w) };
         // The camera cannot be hit, so with t = 1 its own density from the light stays 0.
         let z_from_light = if t == 1 { 0.0 } else { pdf_y_to_z * edge.to_eye_side };
-        let before_z = if t > 2 {
-            rough_pdf(z, -w, eye.edges[t - 2].direction) * eye.edges[t - 2].to_eye_side
-        } else {
-            0.0
-        };
-        let before_y = if s > 1 {
-            rough_pdf(y, w, -light.edges[s - 2].direction) * light.edges[s - 2].to_light_side
-        } else {
-            0.0
-        };
+        let before_z =
+            if t > 2 { rough_pdf(z, -w, eye.edges[t - 2].direction) * eye.edges[t - 2].to_eye_side } else { 0.0 };
+        let before_y =
+            if s > 1 { rough_pdf(y, w, -light.edges[s - 2].direction) * light.edges[s - 2].to_light_side } else { 0.0 };
         let joint = Joint {
             light,
             eye,
@@ -230,11 +217,7 @@ impl Joint<'_> {
         if i == 0 || i == k || i + 1 == self.s || i == self.s {
             return true;
         }
-        if i < self.s {
-            self.light.vertices[i].is_connectable()
-        } else {
-            self.eye.vertices[k - i].is_connectable()
-        }
+        if i < self.s { self.light.vertices[i].is_connectable() } else { self.eye.vertices[k - i].is_connectable() }
     }
 
     /// The power heuristic with exponent 2 (Veach 9.2.4), by ratios of neighbouring strategies (Veach 10.2.1).

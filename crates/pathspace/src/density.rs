@@ -68,10 +68,8 @@ pub fn ln_strategy_densities(scene: &Scene, path: &Path) -> Vec<f64> {
             if !strategy_exists(&path.vertices, s) {
                 return f64::NEG_INFINITY;
             }
-            let from_light: f64 =
-                (0..s).map(|i| pdf_area_from_light(scene, &path.vertices, &path.edges, i).ln()).sum();
-            let from_eye: f64 =
-                (s..=k).map(|i| pdf_area_from_eye(scene, &path.vertices, &path.edges, i).ln()).sum();
+            let from_light: f64 = (0..s).map(|i| pdf_area_from_light(scene, &path.vertices, &path.edges, i).ln()).sum();
+            let from_eye: f64 = (s..=k).map(|i| pdf_area_from_eye(scene, &path.vertices, &path.edges, i).ln()).sum();
             from_light + from_eye
         })
         .collect()

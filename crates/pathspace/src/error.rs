@@ -7,7 +7,9 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum SceneError {
     /// Nothing to look at.
-    #[error("the scene has no triangles, so there is nothing to render; add a mesh with triangles to a node of the scene")]
+    #[error(
+        "the scene has no triangles, so there is nothing to render; add a mesh with triangles to a node of the scene"
+    )]
     NoTriangles,
     /// All vertices in one point, or not finite.
     #[error("all triangles of the scene lie in one point or reach to infinity; check the node transforms")]

@@ -133,7 +133,8 @@ impl Subpath {
         if survival < 1.0 && rng.uniform() >= survival {
             return None;
         }
-        let (next, edge, pdf, scattered) = if i == 0 { self.first_step(scene, rng)? } else { self.scatter(scene, rng)? };
+        let (next, edge, pdf, scattered) =
+            if i == 0 { self.first_step(scene, rng)? } else { self.scatter(scene, rng)? };
         let pdf_area = pdf * self.to_area(&edge);
         let throughput =
             self.throughput[i] * scattered * (edge.transmittance * (edge.geometry / (pdf_area * survival)));

@@ -7,8 +7,8 @@ use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
 use rand_pcg::Pcg64Dxsm;
 
-use crate::statistics::{MutationStatistics, Outcome};
 use crate::Film;
+use crate::statistics::{MutationStatistics, Outcome};
 
 /// One step in this many is timed: reading the clock costs as much as a cheap proposal.
 const TIMED_EVERY: u64 = 16;

@@ -27,8 +27,9 @@ pub use streams::{Purpose, stream};
 use std::sync::Arc;
 use std::time::Instant;
 
-use ergodic_metropolis::MixtureError;
-use ergodic_pathspace::Scene;
+use ergodic_metropolis::{Mixture, MixtureError, Mutation};
+use ergodic_mutations::{Rejection, Splice};
+use ergodic_pathspace::{Path, PathSpace, Scene};
 use thiserror::Error;
 
 /// What a render came to.
@@ -76,6 +77,30 @@ const FILM_MEMORY: usize = 1 << 30;
 /// The greatest number of batches; enough to keep many threads busy.
 const MAX_BATCHES: usize = 64;
 
+/// Metropolis light transport with any mixture of path mutations, in the current rayon pool; `names` has one entry for
+/// each member. What [`render`] does for the mixture of the settings.
+///
+/// # Errors
+///
+/// Settings out of range.
+pub fn render_with_mixture<M>(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    mixture: &Mixture<M>,
+    names: &[&'static str],
+    observer: &dyn Observer,
+) -> Result<Rendering, RenderError>
+where
+    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+{
+    settings.validate().map_err(RenderError::Settings)?;
+    let start = Instant::now();
+    let mut rendering = metropolis(scene, settings, mixture, names, start, observer);
+    rendering.seconds = start.elapsed().as_secs_f64();
+    rendering.threads = rayon::current_num_threads();
+    Ok(rendering)
+}
+
 /// Number of parts into which work is cut. It depends on the picture only, never on the number of threads.
 pub(crate) fn batches(width: u32, height: u32) -> usize {
     let film = width as usize * height as usize * size_of::<ergodic_scattering::Rgb>();
@@ -94,16 +119,22 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
         .build()
         .map_err(|e| RenderError::Threads { threads: settings.threads, reason: e.to_string() })?;
     let start = Instant::now();
-    let mut rendering = pool.install(|| match settings.method {
-        Method::Path => {
-            let estimator = PathTracer::new(settings.lengths(), settings.roulette.roulette());
-            Ok(independent(scene, &estimator, settings, Purpose::PathTracer, observer))
+    let mut rendering = pool.install(|| -> Result<Rendering, RenderError> {
+        match settings.method {
+            Method::Path => {
+                let estimator = PathTracer::new(settings.lengths(), settings.roulette.roulette());
+                Ok(independent(scene, &estimator, settings, Purpose::PathTracer, observer))
+            }
+            Method::Bidirectional => {
+                let estimator = BidirectionalPathTracer::new(settings.lengths(), settings.roulette.roulette());
+                Ok(independent(scene, &estimator, settings, Purpose::Bidirectional, observer))
+            }
+            Method::Mlt => {
+                let mixture = Mixture::new(settings.mlt.mutations.clone())?;
+                let names = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
+                Ok(metropolis(scene, settings, &mixture, &names, start, observer))
+            }
         }
-        Method::Bidirectional => {
-            let estimator = BidirectionalPathTracer::new(settings.lengths(), settings.roulette.roulette());
-            Ok(independent(scene, &estimator, settings, Purpose::Bidirectional, observer))
-        }
-        Method::Mlt => metropolis(scene, settings, start, observer),
     })?;
     rendering.seconds = start.elapsed().as_secs_f64();
     rendering.threads = pool.current_num_threads();
@@ -138,14 +169,19 @@ fn independent(
     }
 }
 
-fn metropolis(
+fn metropolis<M>(
     scene: &Arc<Scene>,
     settings: &Settings,
+    mixture: &Mixture<M>,
+    names: &[&'static str],
     start: Instant,
     observer: &dyn Observer,
-) -> Result<Rendering, RenderError> {
-    let rendered = mlt::render(scene, settings, start, observer)?;
-    Ok(Rendering {
+) -> Rendering
+where
+    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+{
+    let rendered = mlt::render(scene, settings, mixture, names, start, observer);
+    Rendering {
         picture: rendered.picture,
         method: settings.method,
         seconds: 0.0,
@@ -154,5 +190,5 @@ fn metropolis(
         samples_per_pixel: rendered.report.mutations as f64 / scene.camera().image_area_pixels(),
         refused: rendered.refused,
         mlt: Some(rendered.report),
-    })
+    }
 }

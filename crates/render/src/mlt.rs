@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ergodic_metropolis::{Mixture, MixtureError, Mutation};
+use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{AnyMutation, Rejection, Splice};
 use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
 use rayon::prelude::*;
@@ -65,24 +65,8 @@ pub(crate) struct Rendered {
     pub(crate) refused: u64,
 }
 
-/// Renders with the mixture of the settings.
-///
-/// # Errors
-///
-/// Weights that make no mixture.
-pub(crate) fn render(
-    scene: &Arc<Scene>,
-    settings: &Settings,
-    start: Instant,
-    observer: &dyn Observer,
-) -> Result<Rendered, MixtureError> {
-    let mixture = Mixture::new(settings.mlt.mutations.clone())?;
-    let names = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
-    Ok(render_with(scene, settings, &mixture, &names, start, observer))
-}
-
 /// Renders with any mixture of path mutations; `names` has one entry for each member.
-pub(crate) fn render_with<M>(
+pub(crate) fn render<M>(
     scene: &Arc<Scene>,
     settings: &Settings,
     mixture: &Mixture<M>,
@@ -108,7 +92,7 @@ where
     let mut refused = seeds.refused;
     let mut picture = Film::new(width, height, filter).develop(0.0);
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
-        let direct = Lengths { min_edges: 1, max_edges: settings.max_edges.min(DIRECT_EDGES) };
+        let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
         let sampled = sample_image(
             scene,
             &BidirectionalPathTracer::new(direct, roulette),
@@ -168,8 +152,8 @@ where
 /// Lengths of the paths that the chains sample.
 pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
     let min_edges = match settings.mlt.direct {
-        Direct::InChain => 1,
-        Direct::Separate { .. } => DIRECT_EDGES + 1,
+        Direct::InChain => settings.min_edges,
+        Direct::Separate { .. } => settings.min_edges.max(DIRECT_EDGES + 1),
     };
     Lengths { min_edges, max_edges: settings.max_edges }
 }
@@ -280,8 +264,7 @@ where
     let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &observer);
     let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
     let space = PathSpace { scene: Arc::clone(scene), lengths };
-    let mut runner =
-        ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
+    let mut runner = ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
     for _ in 0..record.step {
         runner.step(mixture, &space);
     }

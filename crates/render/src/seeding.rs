@@ -45,6 +45,11 @@ impl Seeds {
         let mut seeds =
             Self { weights: Vec::new(), b: 0.0, relative_error: 1.0, rays: 0, refused: 0, seed, lengths, roulette };
         let (mut sum, mut sum_of_squares) = (0.0, 0.0);
+        if lengths.min_edges > lengths.max_edges {
+            // No path is asked for, so b is exactly 0.
+            seeds.relative_error = 0.0;
+            return seeds;
+        }
         loop {
             let first = seeds.weights.len() as u64;
             let chunks: Vec<(Vec<f64>, u64)> = (0..CHUNKS)
@@ -53,8 +58,7 @@ impl Seeds {
                     let before = ergodic_pathspace::rays_traced();
                     let mut sampler = BidirectionalSampler::new(lengths, roulette);
                     let start = first + chunk * CHUNK;
-                    let weights =
-                        (start..start + CHUNK).map(|index| weigh(scene, &mut sampler, seed, index)).collect();
+                    let weights = (start..start + CHUNK).map(|index| weigh(scene, &mut sampler, seed, index)).collect();
                     (weights, ergodic_pathspace::rays_traced() - before)
                 })
                 .collect();

@@ -20,6 +20,8 @@ pub struct Settings {
     pub seed: u64,
     /// Worker threads; 0 for one a core. The picture does not depend on it.
     pub threads: usize,
+    /// Least number of edges of a path; 1 for the whole picture.
+    pub min_edges: usize,
     /// Greatest number of edges of a path: 1 sees lights only, 2 adds direct light, and so on.
     pub max_edges: usize,
     /// When to stop.
@@ -131,6 +133,7 @@ impl Default for Settings {
             filter: FilterSettings::Box,
             seed: 0,
             threads: 0,
+            min_edges: 1,
             max_edges: 16,
             budget: Budget::SamplesPerPixel(256.0),
             roulette: RouletteSettings::default(),
@@ -186,7 +189,7 @@ const MAX_PIXELS: u64 = 1 << 28;
 impl Settings {
     /// Lengths of the paths that the whole picture is made of.
     pub fn lengths(&self) -> Lengths {
-        Lengths { min_edges: 1, max_edges: self.max_edges }
+        Lengths { min_edges: self.min_edges, max_edges: self.max_edges }
     }
 
     /// Checks all values.
@@ -218,6 +221,12 @@ impl Settings {
         if !(1..=1024).contains(&self.max_edges) {
             return Err(format!("max_edges is {}; it must be from 1 to 1024", self.max_edges));
         }
+        if !(1..=self.max_edges).contains(&self.min_edges) {
+            return Err(format!(
+                "min_edges is {}; it must be from 1 to max_edges, which is {}",
+                self.min_edges, self.max_edges
+            ));
+        }
         match self.budget {
             Budget::SamplesPerPixel(samples) => positive("budget: SamplesPerPixel", samples)?,
             Budget::Seconds(seconds) => positive("budget: Seconds", seconds)?,
@@ -241,7 +250,10 @@ impl MltSettings {
             return Err("mlt.direct: Separate has 0 samples_per_pixel; give at least 1, or use InChain".into());
         }
         if !(self.seeding.relative_error > 0.0 && self.seeding.relative_error.is_finite()) {
-            return Err(format!("mlt.seeding.relative_error is {}; it must be greater than 0", self.seeding.relative_error));
+            return Err(format!(
+                "mlt.seeding.relative_error is {}; it must be greater than 0",
+                self.seeding.relative_error
+            ));
         }
         if self.seeding.max_samples < 1000 {
             return Err(format!("mlt.seeding.max_samples is {}; give at least 1000", self.seeding.max_samples));
@@ -254,9 +266,11 @@ impl MltSettings {
         }
         let ergodic = |(weight, mutation): &(f64, AnyMutation)| *weight > 0.0 && mutation.is_ergodic();
         if !self.mutations.iter().any(ergodic) {
-            return Err("mlt.mutations needs Bidirectional with a positive weight: no other mutation reaches every path, \
+            return Err(
+                "mlt.mutations needs Bidirectional with a positive weight: no other mutation reaches every path, \
                         so without it the picture would be wrong"
-                .into());
+                    .into(),
+            );
         }
         Ok(())
     }

@@ -80,9 +80,7 @@ pub const CLASSIFIED_EDGES: u32 = 8;
 const CLASSES: usize = (1 << CLASSIFIED_EDGES) - 1;
 
 fn class_index(class: PathClass) -> Option<usize> {
-    (1..=CLASSIFIED_EDGES)
-        .contains(&class.length)
-        .then(|| (1 << (class.length - 1)) - 1 + class.specular as usize)
+    (1..=CLASSIFIED_EDGES).contains(&class.length).then(|| (1 << (class.length - 1)) - 1 + class.specular as usize)
 }
 
 fn class_of_index(index: usize) -> PathClass {
@@ -91,69 +89,83 @@ fn class_of_index(index: usize) -> PathClass {
 }
 
 /// Tallies of one mutation.
+///
+/// A step is counted in one place only: by class if the path is short enough, else by length. Everything else is summed
+/// from that.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MutationStatistics {
     /// Name of the mutation.
     pub name: &'static str,
-    /// Everything.
-    pub total: Tally,
-    by_length: Vec<Tally>,
     by_class: Vec<Tally>,
+    /// Of paths that are not told apart by class; index 0 has [`CLASSIFIED_EDGES`] + 1 edges.
+    longer: Vec<Tally>,
 }
 
 impl MutationStatistics {
     /// Empty tallies for paths of at most `max_edges` edges.
     pub fn new(name: &'static str, max_edges: usize) -> Self {
         let none = Tally::default();
-        Self { name, total: none, by_length: vec![none; max_edges + 1], by_class: vec![none; CLASSES] }
+        let longer = vec![none; max_edges.saturating_sub(CLASSIFIED_EDGES as usize)];
+        Self { name, by_class: vec![none; CLASSES], longer }
     }
 
     /// Records a step from a path of `class`.
     #[inline]
     pub fn record(&mut self, class: PathClass, outcome: Outcome, nanoseconds: Option<u64>) {
-        let mut step = Tally { proposed: 1, ..Tally::default() };
+        let tally = match class_index(class) {
+            Some(index) => &mut self.by_class[index],
+            None => &mut self.longer[(class.length - CLASSIFIED_EDGES - 1) as usize],
+        };
+        tally.proposed += 1;
         match outcome {
-            Outcome::NotBuilt(reason) => step.not_built[reason as usize] = 1,
-            Outcome::Faulty(_) => step.faulty = 1,
+            Outcome::NotBuilt(reason) => tally.not_built[reason as usize] += 1,
+            Outcome::Faulty(_) => tally.faulty += 1,
             Outcome::Tried { acceptance, accepted, jump } => {
-                step.acceptance_sum = acceptance;
-                step.accepted = u64::from(accepted);
-                step.jump_sum = acceptance * jump;
+                tally.acceptance_sum += acceptance;
+                tally.accepted += u64::from(accepted);
+                tally.jump_sum += acceptance * jump;
             }
         }
         if let Some(nanoseconds) = nanoseconds {
-            step.timed = 1;
-            step.nanoseconds = nanoseconds;
-        }
-        self.total.add(&step);
-        if let Some(tally) = self.by_length.get_mut(class.length as usize) {
-            tally.add(&step);
-        }
-        if let Some(index) = class_index(class) {
-            self.by_class[index].add(&step);
+            tally.timed += 1;
+            tally.nanoseconds += nanoseconds;
         }
     }
 
     /// Adds the tallies of another part of the same run.
     pub fn add(&mut self, other: &Self) {
-        self.total.add(&other.total);
-        for (sum, more) in self.by_length.iter_mut().zip(&other.by_length) {
-            sum.add(more);
-        }
         for (sum, more) in self.by_class.iter_mut().zip(&other.by_class) {
             sum.add(more);
         }
+        for (sum, more) in self.longer.iter_mut().zip(&other.longer) {
+            sum.add(more);
+        }
+    }
+
+    /// Everything.
+    pub fn total(&self) -> Tally {
+        let mut total = Tally::default();
+        self.by_class.iter().chain(&self.longer).for_each(|tally| total.add(tally));
+        total
     }
 
     /// Lengths (edges of the path that was to be changed) with at least one proposal.
-    pub fn lengths(&self) -> impl Iterator<Item = (usize, &Tally)> {
-        self.by_length.iter().enumerate().filter(|(_, tally)| tally.proposed > 0)
+    pub fn lengths(&self) -> Vec<(usize, Tally)> {
+        let longest = CLASSIFIED_EDGES as usize + self.longer.len();
+        let mut lengths = vec![Tally::default(); longest + 1];
+        for (index, tally) in self.by_class.iter().enumerate() {
+            lengths[class_of_index(index).length as usize].add(tally);
+        }
+        for (i, tally) in self.longer.iter().enumerate() {
+            lengths[CLASSIFIED_EDGES as usize + 1 + i].add(tally);
+        }
+        lengths.into_iter().enumerate().filter(|(_, tally)| tally.proposed > 0).collect()
     }
 
     /// Classes (of the path that was to be changed) with at least one proposal, up to [`CLASSIFIED_EDGES`] edges.
-    pub fn classes(&self) -> impl Iterator<Item = (PathClass, &Tally)> {
+    pub fn classes(&self) -> Vec<(PathClass, Tally)> {
         let tallies = self.by_class.iter().enumerate().filter(|(_, tally)| tally.proposed > 0);
-        tallies.map(|(index, tally)| (class_of_index(index), tally))
+        tallies.map(|(index, tally)| (class_of_index(index), *tally)).collect()
     }
 }
 

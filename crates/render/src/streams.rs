@@ -48,9 +48,7 @@ mod tests {
                 (0..n).map(|_| rng.uniform() - 0.5).collect()
             })
             .collect();
-        let correlation = |a: &[f64], b: &[f64]| {
-            12.0 * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() / n as f64
-        };
+        let correlation = |a: &[f64], b: &[f64]| 12.0 * a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() / n as f64;
         let mut largest: f64 = 0.0;
         for i in 0..streams.len() {
             for j in 0..i {

@@ -127,7 +127,7 @@ const GAUSS_WEIGHTS: [f64; 4] =
     [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
 
 /// The most halvings of a cell.
-const DEPTH: u32 = 8;
+const DEPTH: u32 = 12;
 
 /// The integral of `f` over a rectangle, halving it until two orders agree to `tolerance`.
 pub fn integrate(f: &dyn Fn(f64, f64) -> f64, low: DVec2, high: DVec2, tolerance: f64) -> f64 {
@@ -263,7 +263,7 @@ pub fn chi_square_directions(
     others: &[f64],
     sample: &mut dyn FnMut() -> Outcome,
 ) -> Result<f64, String> {
-    let mut expected = rings.integrals(pdf, 2e-6);
+    let mut expected = rings.integrals(pdf, 5e-8);
     expected.extend_from_slice(others);
     let mass: f64 = expected.iter().sum();
     if mass > 1.0 + 1e-3 {

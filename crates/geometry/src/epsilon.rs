@@ -1,0 +1,50 @@
+//! Every tolerance of the crate, and why each is what it is.
+//!
+//! The errors to cover are of two kinds. The search tree is `f32`: its boxes must be padded so that rounding never hides a
+//! triangle. The hits are `f64`: a point computed on a triangle lies off it by a few units in the last place of its
+//! coordinates, so rays that leave it start a little way out.
+
+use glam::DVec3;
+
+/// Coordinates and their squares stay finite below this.
+pub(crate) const MAX_COORDINATE: f64 = 1e100;
+
+/// Padding of every box of a search tree, in units of the tree's cube [-1, 1]³.
+///
+/// Along each axis, in units of u = 2⁻²⁴ with all coordinates in the cube: rounding of the box 1, rounding of the
+/// ray's origin 1 and direction 4, `(p - o) / d + q e / d` up to 14, and up to 11 where the exponent of the node's grid is
+/// one too small because its logarithm was rounded. That is 31 u; 64 u = 32 `f32::EPSILON` leaves a factor of two.
+pub(crate) const TREE_PADDING: f64 = 32.0 * f32::EPSILON as f64;
+
+/// The largest component of a direction inside a tree. The traversal drops what lies nearer than 1e-4 in ray
+/// parameter; with this length of the direction that is 1e-16 of the cube's half edge, far below the padding.
+pub(crate) const TREE_DIRECTION: f64 = 1.0 / (1u64 << 40) as f64;
+
+/// Smallest component of a direction inside a tree, relative to the largest: over the whole cube it moves the ray
+/// by less than any padding, and its reciprocal is finite, so that `0 * (1 / d)` is never NaN.
+pub(crate) const TREE_MIN_COMPONENT: f64 = 1e-18;
+
+/// Triangles whose sine at the corner is below this, with edges measured by the longest, have no direction left after
+/// rounding: they count as degenerate.
+pub(crate) const DEGENERATE_SINE: f64 = 1e-15;
+
+/// Error of a ray transformed to a tree's cube above which a mesh is baked instead: a sixteenth of the padding.
+pub(crate) const MAX_TRANSFORM_ERROR: f64 = TREE_PADDING / 16.0;
+
+/// A hit's position is exact to about 4 units of 2⁻⁵² of its coordinates. Rays leave surfaces at 1e-10 of the scene's
+/// diagonal, or 64 such units of its farthest coordinate, whichever sum is more: five (one) orders of
+/// magnitude above the error and five below what anyone models. Both error and offset grow by the same 1 / cos along a
+/// grazing ray, so the ratio holds at any angle and no slack in t is needed: rays start at t = 0.
+const OFFSET_PER_DIAGONAL: f64 = 1e-10;
+const OFFSET_PER_COORDINATE: f64 = 64.0 * f64::EPSILON;
+
+/// How far off the surface rays start, in scene units.
+pub(crate) fn spawn_offset(min: DVec3, max: DVec3) -> f64 {
+    (max - min).length() * OFFSET_PER_DIAGONAL + min.abs().max(max.abs()).max_element() * OFFSET_PER_COORDINATE
+}
+
+/// The smallest `f32` that is certainly not below `t`: culling with it keeps every box that holds something nearer.
+#[inline]
+pub(crate) fn f32_above(t: f64) -> f32 {
+    (t as f32).next_up()
+}

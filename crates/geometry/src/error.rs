@@ -1,0 +1,77 @@
+//! What can be wrong with the meshes and instances a world is built from.
+
+use thiserror::Error;
+
+/// Why a [`World`](crate::World) could not be built. Numbers are those of the caller's lists.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum GeometryError {
+    /// A vertex is NaN, infinite or too far out for its squares to be finite.
+    #[error("mesh {mesh}: the position of vertex {vertex} is not finite or beyond 1e100")]
+    Position {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Index of the vertex.
+        vertex: usize,
+    },
+    /// A triangle names a vertex that does not exist.
+    #[error("mesh {mesh}: triangle {triangle} refers to vertex {vertex}, but there are only {vertices} vertices")]
+    VertexIndex {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Index of the triangle.
+        triangle: usize,
+        /// The index that is out of range.
+        vertex: u32,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// A vertex attribute does not have one entry a vertex.
+    #[error("mesh {mesh}: {found} {attribute} for {vertices} vertices")]
+    AttributeLength {
+        /// Index of the mesh.
+        mesh: usize,
+        /// Which attribute.
+        attribute: &'static str,
+        /// How many entries it has.
+        found: usize,
+        /// How many vertices the mesh has.
+        vertices: usize,
+    },
+    /// An instance names a mesh that does not exist.
+    #[error("instance {instance} refers to mesh {mesh}, but there are only {meshes} meshes")]
+    MeshIndex {
+        /// Index of the instance.
+        instance: usize,
+        /// The index that is out of range.
+        mesh: u32,
+        /// How many meshes there are.
+        meshes: usize,
+    },
+    /// A transform is NaN or infinite, or throws its mesh too far out for squares of coordinates to be finite.
+    #[error("instance {instance}: its transform is not finite or throws mesh {mesh} beyond 1e100")]
+    Transform {
+        /// Index of the instance.
+        instance: usize,
+        /// Index of its mesh.
+        mesh: u32,
+    },
+    /// The meshes are too many or too large for 32-bit numbers.
+    #[error("{count} {what} are more than the 4294967295 that can be numbered")]
+    TooMany {
+        /// What there is too much of.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+    },
+    /// So much geometry lies in one place that the search tree became deeper than a query can follow.
+    #[error(
+        "the search tree is {depth} levels deep, more than the {limit} a query can follow: thousands of triangles overlap in one place"
+    )]
+    TreeDepth {
+        /// Levels of the tree.
+        depth: usize,
+        /// Levels that a query can follow.
+        limit: usize,
+    },
+}

@@ -1,0 +1,251 @@
+//! A world of instanced meshes: closest hits, and whether two points see each other.
+
+use glam::{DAffine3, DVec3};
+
+use crate::{
+    GeometryError, Mesh,
+    epsilon::{MAX_COORDINATE, spawn_offset},
+    levels::{Baked, Nearest, Shared, split},
+    placement::Placement,
+    triangle::{Shear, is_degenerate, major_axis},
+};
+
+/// A half-line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it starts.
+    pub origin: DVec3,
+    /// Unit direction.
+    pub direction: DVec3,
+}
+
+/// A mesh put into the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Index of the mesh.
+    pub mesh: u32,
+    /// From the mesh's space to the world's.
+    pub transform: DAffine3,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Which instance.
+    pub instance: u32,
+    /// Which triangle of its mesh.
+    pub triangle: u32,
+    /// Barycentric coordinate of vertex 1.
+    pub u: f64,
+    /// Barycentric coordinate of vertex 2.
+    pub v: f64,
+    /// Distance along the ray.
+    pub t: f64,
+}
+
+/// An end of a shadow segment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anchor {
+    /// The point.
+    pub position: DVec3,
+    /// Unit geometric normal, either side; zero for points in free space (a camera, a point light), which are not moved.
+    pub normal: DVec3,
+}
+
+/// Instanced meshes with the trees that find what a ray hits.
+#[derive(Debug)]
+pub struct World {
+    meshes: Vec<Mesh>,
+    instances: Vec<Instance>,
+    placements: Vec<Placement>,
+    baked: Option<Baked>,
+    shared: Option<Shared>,
+    bounds: (DVec3, DVec3),
+    /// How far off the surface rays start.
+    offset: f64,
+    dropped_triangles: usize,
+}
+
+impl World {
+    /// Checks the meshes and builds the search trees. Degenerate triangles are left out of them and counted.
+    pub fn build(meshes: Vec<Mesh>, instances: Vec<Instance>) -> Result<Self, GeometryError> {
+        for (index, mesh) in meshes.iter().enumerate() {
+            check_mesh(index, mesh)?;
+        }
+        if instances.len() > u32::MAX as usize {
+            return Err(GeometryError::TooMany { what: "instances", count: instances.len() });
+        }
+        let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for (index, instance) in instances.iter().enumerate() {
+            let Some(mesh) = meshes.get(instance.mesh as usize) else {
+                return Err(GeometryError::MeshIndex { instance: index, mesh: instance.mesh, meshes: meshes.len() });
+            };
+            for &vertex in mesh.triangles.iter().flatten() {
+                let p = instance.transform.transform_point3(mesh.positions[vertex as usize]);
+                if !in_range(p) {
+                    return Err(GeometryError::Transform { instance: index, mesh: instance.mesh });
+                }
+                bounds = (bounds.0.min(p), bounds.1.max(p));
+            }
+            if !instance.transform.is_finite() {
+                return Err(GeometryError::Transform { instance: index, mesh: instance.mesh });
+            }
+        }
+        if bounds.0.x > bounds.1.x {
+            bounds = (DVec3::ZERO, DVec3::ZERO);
+        }
+        let placements: Vec<Placement> = instances.iter().map(Placement::new).collect();
+        let solid: Vec<Vec<u32>> = meshes.iter().map(solid_triangles).collect();
+        let dropped_triangles = meshes.iter().zip(&solid).map(|(mesh, solid)| mesh.triangles.len() - solid.len()).sum();
+        let (baked, shared) = split(&meshes, &placements, &solid, bounds)?;
+        let offset = spawn_offset(bounds.0, bounds.1);
+        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, dropped_triangles })
+    }
+
+    /// The box around all triangles, (lowest, highest) corner; zero for a world without triangles.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// The instances, as they were given.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// A mesh, as it was given. Panics if there is no such mesh.
+    #[inline]
+    pub fn mesh(&self, mesh: u32) -> &Mesh {
+        &self.meshes[mesh as usize]
+    }
+
+    /// How many triangles an instance has, degenerate ones included. Panics if there is no such instance.
+    pub fn triangle_count(&self, instance: u32) -> usize {
+        self.mesh(self.placement(instance).mesh).triangles.len()
+    }
+
+    /// How many triangles of the meshes have no area and can never be hit.
+    pub fn dropped_triangles(&self) -> usize {
+        self.dropped_triangles
+    }
+
+    #[inline]
+    pub(crate) fn placement(&self, instance: u32) -> &Placement {
+        &self.placements[instance as usize]
+    }
+
+    /// The vertices of a triangle, in the world. Panics if there is no such triangle.
+    #[inline]
+    pub fn triangle(&self, instance: u32, triangle: u32) -> [DVec3; 3] {
+        let placement = self.placement(instance);
+        let mesh = self.mesh(placement.mesh);
+        mesh.triangles[triangle as usize].map(|vertex| placement.point(mesh.positions[vertex as usize]))
+    }
+
+    /// The closest hit with t > 0, on either side of a triangle. Of several at the same t, the one with the lowest
+    /// (instance, triangle).
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        match major_axis(ray.direction) {
+            0 => self.closest::<0>(ray),
+            1 => self.closest::<1>(ray),
+            _ => self.closest::<2>(ray),
+        }
+    }
+
+    fn closest<const AXIS: usize>(&self, ray: &Ray) -> Option<Hit> {
+        let shear = Shear::<AXIS>::new(ray.origin, ray.direction);
+        let mut nearest = Nearest::NONE;
+        if let Some(baked) = &self.baked {
+            baked.closest(&shear, ray, &mut nearest);
+        }
+        if let Some(shared) = &self.shared {
+            shared.closest(&self.placements, &shear, ray, &mut nearest);
+        }
+        nearest.hit()
+    }
+
+    /// Whether the open segment from `origin` to `origin + t_max * direction` is blocked.
+    #[inline]
+    fn blocked(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
+        let ray = Ray { origin, direction };
+        match major_axis(direction) {
+            0 => self.any::<0>(&ray, t_max),
+            1 => self.any::<1>(&ray, t_max),
+            _ => self.any::<2>(&ray, t_max),
+        }
+    }
+
+    fn any<const AXIS: usize>(&self, ray: &Ray, t_max: f64) -> bool {
+        let shear = Shear::<AXIS>::new(ray.origin, ray.direction);
+        self.baked.as_ref().is_some_and(|baked| baked.any(&shear, ray, t_max))
+            || self.shared.as_ref().is_some_and(|shared| shared.any(&self.placements, &shear, ray, t_max))
+    }
+
+    /// The point from which rays leave `anchor` for the side that `direction` points to.
+    #[inline]
+    fn lifted(&self, anchor: &Anchor, direction: DVec3) -> DVec3 {
+        let offset = if anchor.normal.dot(direction) < 0.0 { -self.offset } else { self.offset };
+        anchor.position + anchor.normal * offset
+    }
+
+    /// The ray that leaves `anchor` along the unit vector `direction` without hitting the surface it starts on.
+    #[inline]
+    pub fn spawn(&self, anchor: &Anchor, direction: DVec3) -> Ray {
+        Ray { origin: self.lifted(anchor, direction), direction }
+    }
+
+    /// Whether nothing lies strictly between two points. Swapping them gives the same answer: both leave their surface
+    /// towards the other, and the segment is always traced from the lexicographically lower end.
+    #[inline]
+    pub fn visible(&self, a: &Anchor, b: &Anchor) -> bool {
+        let across = b.position - a.position;
+        let (a, b) = (self.lifted(a, across), self.lifted(b, -across));
+        let (low, high) = if a.to_array() <= b.to_array() { (a, b) } else { (b, a) };
+        !self.blocked(low, high - low, 1f64.next_down())
+    }
+
+    /// Whether nothing lies between a point and infinity along the unit vector `direction`.
+    #[inline]
+    pub fn escapes(&self, a: &Anchor, direction: DVec3) -> bool {
+        !self.blocked(self.lifted(a, direction), direction, f64::MAX)
+    }
+}
+
+fn in_range(p: DVec3) -> bool {
+    // Written so that NaN is out of range; the maximum of components would ignore it.
+    p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
+}
+
+/// The triangles that are not degenerate.
+fn solid_triangles(mesh: &Mesh) -> Vec<u32> {
+    let corners = |t: &[u32; 3]| t.map(|vertex| mesh.positions[vertex as usize]);
+    (0u32..).zip(&mesh.triangles).filter(|(_, t)| !is_degenerate(&corners(t))).map(|(number, _)| number).collect()
+}
+
+fn check_mesh(index: usize, mesh: &Mesh) -> Result<(), GeometryError> {
+    let vertices = mesh.positions.len();
+    if mesh.triangles.len() > u32::MAX as usize {
+        return Err(GeometryError::TooMany { what: "triangles", count: mesh.triangles.len() });
+    }
+    if let Some(vertex) = mesh.positions.iter().position(|p| !in_range(*p)) {
+        return Err(GeometryError::Position { mesh: index, vertex });
+    }
+    for (triangle, corners) in mesh.triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|vertex| **vertex as usize >= vertices) {
+            return Err(GeometryError::VertexIndex { mesh: index, triangle, vertex, vertices });
+        }
+    }
+    let lengths = [
+        ("normals", mesh.normals.as_ref().map(Vec::len)),
+        ("tangents", mesh.tangents.as_ref().map(Vec::len)),
+        ("first texture coordinates", mesh.texcoords[0].as_ref().map(Vec::len)),
+        ("second texture coordinates", mesh.texcoords[1].as_ref().map(Vec::len)),
+        ("colors", mesh.colors.as_ref().map(Vec::len)),
+    ];
+    for (attribute, length) in lengths {
+        if let Some(found) = length.filter(|length| *length != vertices) {
+            return Err(GeometryError::AttributeLength { mesh: index, attribute, found, vertices });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,209 @@
+//! Whole renders: the same bytes on any number of threads, faults that can be seen again, methods that agree.
+
+use std::sync::Arc;
+
+use ergodic_metropolis::{Fault, Mixture, Mutation, RandomSource, Step};
+use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_pathspace::{Path, PathSpace, Scene};
+use ergodic_render::{
+    Budget, Direct, FilterSettings, Method, Settings, Unobserved, render, render_with_mixture, replay_with,
+};
+use ergodic_scattering::luminance;
+use ergodic_tests::{description, view_of};
+
+fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
+    let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
+    settings.mlt.chains = 64;
+    settings.mlt.seeding.relative_error = 0.02;
+    settings
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    for (name, filter) in
+        [("cornell", FilterSettings::Box), ("glass", FilterSettings::Gaussian { radius: 1.5, sigma: 0.5 })]
+    {
+        let scene = view_of(description(name), (24, 16));
+        for (method, _) in Method::ALL {
+            let picture = |threads, seed| {
+                let settings = Settings { threads, seed, filter, ..settings(method, (24, 16), 20.0) };
+                render(&scene, &settings, &Unobserved).unwrap().picture
+            };
+            let one = picture(1, 1);
+            assert_eq!(one, picture(2, 1), "{name} {method:?}");
+            assert_eq!(one, picture(3, 1), "{name} {method:?}");
+            assert_ne!(one, picture(1, 2), "{name} {method:?}: the seed changes nothing");
+        }
+    }
+}
+
+/// A mutation whose density is not a number on paths of four edges whose second vertex is high up.
+#[derive(Clone, Copy)]
+struct Broken(AnyMutation);
+
+impl Mutation for Broken {
+    type Space = PathSpace;
+    type State = Path;
+    type Plan = Splice;
+    type Failure = Rejection;
+
+    fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
+        self.0.suitability(space, x)
+    }
+
+    fn propose(
+        &self,
+        space: &PathSpace,
+        x: &Path,
+        y: &mut Path,
+        rng: &mut impl RandomSource,
+    ) -> Result<Splice, Rejection> {
+        self.0.propose(space, x, y, rng)
+    }
+
+    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        if to.length() == 4 && to.vertices[1].position.y > 0.3 {
+            return f64::NAN;
+        }
+        self.0.ln_density(space, from, to, plan)
+    }
+}
+
+#[test]
+fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
+    let scene = view_of(description("cornell"), (24, 24));
+    let settings = settings(Method::Mlt, (24, 24), 50.0);
+    let members = AnyMutation::all().into_iter().map(|m| (1.0, Broken(m))).collect();
+    let mixture = Mixture::new(members).unwrap();
+    let names: Vec<_> = AnyMutation::all().iter().map(AnyMutation::name).collect();
+    let rendering = render_with_mixture(&scene, &settings, &mixture, &names, &Unobserved).unwrap();
+    assert!(rendering.picture.pixels.iter().all(|p| p.is_finite()));
+    let report = rendering.mlt.unwrap();
+    let counted: u64 = report.statistics.iter().map(|s| s.total().faulty).sum();
+    assert!(counted > 100, "{counted}");
+    assert!(!report.faults.is_empty());
+    for record in report.faults.iter().take(3) {
+        assert!(matches!(record.fault, Fault::Forward | Fault::Backward));
+        let (before, step) = replay_with(&scene, &settings, &mixture, record).unwrap();
+        assert_eq!(before.steps(), record.step);
+        assert_eq!(before.path().class(), record.class);
+        assert!(matches!(step, Step::Faulty { plan: (m, _), fault } if m == record.mutation && fault == record.fault));
+    }
+    // The same mixture without the fault reports none.
+    let whole = Mixture::new(AnyMutation::all().into_iter().map(|m| (1.0, m)).collect()).unwrap();
+    let rendering = render_with_mixture(&scene, &settings, &whole, &names, &Unobserved).unwrap();
+    assert!(rendering.mlt.unwrap().faults.is_empty());
+}
+
+/// Mean luminance of the blocks of a picture, 4 x 4 of them.
+fn blocks(scene: &Arc<Scene>, settings: &Settings) -> Vec<f64> {
+    let picture = render(scene, settings, &Unobserved).unwrap().picture;
+    let (width, height) = (picture.width as usize, picture.height as usize);
+    let mut sums = vec![0.0; 17];
+    for (i, pixel) in picture.pixels.iter().enumerate() {
+        let (x, y) = (i % width, i / width);
+        sums[y * 4 / height * 4 + x * 4 / width] += luminance(*pixel) * 16.0 / (width * height) as f64;
+        sums[16] += luminance(*pixel) / (width * height) as f64;
+    }
+    sums
+}
+
+/// Mean and squared standard error of each block over replicas.
+fn replicate(scene: &Arc<Scene>, settings: &Settings, replicas: u64) -> Vec<(f64, f64)> {
+    let runs: Vec<Vec<f64>> =
+        (0..replicas).map(|seed| blocks(scene, &Settings { seed: 100 + seed, ..settings.clone() })).collect();
+    let n = replicas as f64;
+    (0..runs[0].len())
+        .map(|i| {
+            let mean = runs.iter().map(|run| run[i]).sum::<f64>() / n;
+            let variance = runs.iter().map(|run| (run[i] - mean).powi(2)).sum::<f64>() / (n - 1.0);
+            (mean, variance / n)
+        })
+        .collect()
+}
+
+/// The largest |t| over blocks of two sets of replicas.
+fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
+    a.iter()
+        .zip(b)
+        .filter(|((_, va), (_, vb))| va + vb > 0.0)
+        .map(|((ma, va), (mb, vb))| (ma - mb).abs() / (va + vb).sqrt())
+        .fold(0.0, f64::max)
+}
+
+const REPLICAS: u64 = 12;
+
+/// Two-sided 1e-4 over 5 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
+/// Sidak: 8.0. A few blocks that hold a handful of fireflies have fewer effective degrees of freedom; none does here.
+const LIMIT: f64 = 8.0;
+
+fn check_agreement(name: &str) {
+    let size = (32, 32);
+    let scene = view_of(description(name), size);
+    for (min_edges, max_edges) in [(1, 8), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6)] {
+        let lengths = |mut s: Settings| {
+            s.min_edges = min_edges;
+            s.max_edges = max_edges;
+            s.mlt.direct = Direct::InChain;
+            s.mlt.seeding.relative_error = 0.01;
+            s.mlt.seeding.max_samples = 100_000;
+            s
+        };
+        let bidirectional = replicate(&scene, &lengths(settings(Method::Bidirectional, size, 48.0)), REPLICAS);
+        let mlt = replicate(&scene, &lengths(settings(Method::Mlt, size, 300.0)), REPLICAS);
+        let t = disagreement(&bidirectional, &mlt);
+        println!(
+            "{name} {min_edges}..{max_edges}: bidirectional {:.5}, mlt {:.5}, max |t| {t:.1}",
+            bidirectional[16].0, mlt[16].0
+        );
+        assert!(t < LIMIT, "{name}, {min_edges} to {max_edges} edges: {t}\n{bidirectional:?}\n{mlt:?}");
+    }
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_cornell() {
+    check_agreement("cornell");
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_ajar() {
+    check_agreement("ajar");
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_ring() {
+    check_agreement("ring");
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_glass() {
+    check_agreement("glass");
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_pool() {
+    check_agreement("pool");
+}
+
+/// The comparison can fail: a picture 3 % too bright is told apart.
+#[test]
+fn a_picture_that_is_too_bright_is_told_apart() {
+    let size = (32, 32);
+    let scene = view_of(description("cornell"), size);
+    let bidirectional = replicate(&scene, &settings(Method::Bidirectional, size, 48.0), REPLICAS);
+    let too_bright: Vec<_> = replicate(&scene, &settings(Method::Path, size, 48.0), REPLICAS)
+        .into_iter()
+        .map(|(mean, variance)| (1.03 * mean, variance))
+        .collect();
+    assert!(disagreement(&bidirectional, &too_bright) > LIMIT);
+}
+
+#[test]
+fn path_and_bidirectional_agree_on_cornell() {
+    let size = (32, 32);
+    let scene = view_of(description("cornell"), size);
+    let path = replicate(&scene, &settings(Method::Path, size, 64.0), REPLICAS);
+    let bidirectional = replicate(&scene, &settings(Method::Bidirectional, size, 32.0), REPLICAS);
+    let t = disagreement(&path, &bidirectional);
+    assert!(t < LIMIT, "{t}");
+}

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use crate::support::{Kind, Outcome, Random, Rings, chi_square_directions, inclined};
 
-const SAMPLES: u64 = 1_000_000;
+const SAMPLES: u64 = 40_000;
 const ALPHAS: [f64; 6] = [1.0, 0.5, 0.1, 1e-2, 2e-3, 1e-4];
 const COSINES: [f64; 5] = [1.0, 0.7, 0.3, 0.05, 2e-3];
 const DIRAC: [Component; 2] = [Component::DiracReflection, Component::DiracTransmission];

@@ -6,7 +6,7 @@ use ergodic_metropolis::{Fault, Mixture, Mutation, RandomSource, Step};
 use ergodic_mutations::{AnyMutation, Rejection, Splice};
 use ergodic_pathspace::{Path, PathSpace, Scene};
 use ergodic_render::{
-    Budget, Direct, FilterSettings, Method, Settings, Unobserved, render, render_with_mixture, replay_with,
+    Budget, Direct, FilterSettings, Method, Replayed, Settings, Unobserved, render, render_with_mixture, replay,
 };
 use ergodic_scattering::luminance;
 use ergodic_tests::{description, view_of};
@@ -84,7 +84,7 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
     assert!(!report.faults.is_empty());
     for record in report.faults.iter().take(3) {
         assert!(matches!(record.fault, Fault::Forward | Fault::Backward));
-        let (before, step) = replay_with(&scene, &settings, &mixture, record).unwrap();
+        let Replayed { before, step, .. } = replay(&scene, &settings, &mixture, record).unwrap();
         assert_eq!(before.steps(), record.step);
         assert_eq!(before.path().class(), record.class);
         assert!(matches!(step, Step::Faulty { plan: (m, _), fault } if m == record.mutation && fault == record.fault));

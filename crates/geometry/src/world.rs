@@ -196,9 +196,15 @@ impl World {
 
     /// Whether nothing lies strictly between two points. Swapping them gives the same answer: both leave their surface
     /// towards the other, and the segment is always traced from the lexicographically lower end.
+    ///
+    /// Points so near to each other that the offsets would pass are never visible: no direction between them can be
+    /// trusted, and they are met only where one point was computed twice.
     #[inline]
     pub fn visible(&self, a: &Anchor, b: &Anchor) -> bool {
         let across = b.position - a.position;
+        if across.length_squared() <= 4.0 * self.offset * self.offset {
+            return false;
+        }
         let (a, b) = (self.lifted(a, across), self.lifted(b, -across));
         let (low, high) = if a.to_array() <= b.to_array() { (a, b) } else { (b, a) };
         !self.blocked(low, high - low, 1f64.next_down())

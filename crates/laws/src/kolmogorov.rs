@@ -16,11 +16,8 @@ pub fn kolmogorov_smirnov_uniform(samples: &mut [f64]) -> KolmogorovSmirnov {
     if samples.iter().any(|v| !(0.0..=1.0).contains(v)) {
         return KolmogorovSmirnov { statistic: 1.0, p_value: 0.0 };
     }
-    let statistic = samples
-        .iter()
-        .enumerate()
-        .map(|(i, v)| (v - i as f64 / n).max((i + 1) as f64 / n - v))
-        .fold(0.0, f64::max);
+    let statistic =
+        samples.iter().enumerate().map(|(i, v)| (v - i as f64 / n).max((i + 1) as f64 / n - v)).fold(0.0, f64::max);
     // Stephens 1970; the series of Kolmogorov converges fast for all but the smallest distances.
     let lambda = (n.sqrt() + 0.12 + 0.11 / n.sqrt()) * statistic;
     let p_value = if lambda < 0.2 {

@@ -15,19 +15,19 @@ mod flow;
 mod grid;
 mod invariance;
 mod kolmogorov;
-mod moments;
 mod random;
 mod reversibility;
 mod significance;
 mod sphere;
 mod volume;
 
+pub use ergodic_metropolis::diagnostics::Moments;
+
 pub use chi_square::{ChiSquare, ChiSquareError, chi_square};
 pub use flow::{Flow, FlowVerdict};
 pub use grid::{Grid, GridChiSquare, grid_chi_square, integrate};
 pub use invariance::{Invariance, InvarianceVerdict, one_step_invariance};
 pub use kolmogorov::{KolmogorovSmirnov, kolmogorov_smirnov_uniform};
-pub use moments::Moments;
 pub use random::generator;
 pub use reversibility::{DetailedBalance, WayBack, detailed_balance, way_back};
 pub use significance::{chi_square_tail, normal_limit, normal_two_sided, sidak, student_two_sided, z_score};

@@ -82,3 +82,55 @@ pub fn sphere_chi_square(
         |cosine, phi| pdf_solid_angle(grid.direction(cosine, phi)),
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use ergodic_metropolis::RandomSource;
+
+    use super::*;
+
+    /// A cosine power lobe about +z, turned to `pole` by mirroring.
+    fn lobe(exponent: f64, rng: &mut impl RandomSource) -> [f64; 3] {
+        let cosine = (1.0 - rng.uniform()).powf(1.0 / (exponent + 1.0));
+        let (sine, phi) = ((1.0 - cosine * cosine).sqrt(), 2.0 * PI * rng.uniform());
+        [sine * phi.cos(), sine * phi.sin(), cosine]
+    }
+
+    fn pdf(exponent: f64, direction: [f64; 3]) -> f64 {
+        (exponent + 1.0) / (2.0 * PI) * direction[2].max(0.0).powf(exponent)
+    }
+
+    #[test]
+    fn a_lobe_passes_on_every_grid_and_a_wrong_exponent_on_none() {
+        let grids = [
+            SphereGrid::new(20, 21),
+            SphereGrid::new(20, 21).around([0.6, 0.0, 0.8]),
+            SphereGrid::new(20, 21).concentrated(1e-3),
+        ];
+        for (seed, grid) in grids.iter().enumerate() {
+            for exponent in [1.0, 40.0] {
+                let run = |claimed: f64| {
+                    let mut rng = crate::generator(seed as u64);
+                    sphere_chi_square(grid, 200_000, || Some(lobe(exponent, &mut rng)), |d| pdf(claimed, d)).unwrap()
+                };
+                let right = run(exponent);
+                assert!(right.chi_square.p_value > 1e-3, "{right:?}");
+                let wrong = run(exponent * 1.1);
+                assert!(wrong.chi_square.p_value < 1e-6, "{wrong:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn directions_and_coordinates_are_inverse() {
+        let mut rng = crate::generator(3);
+        for pole in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.48, -0.64, 0.6], [0.48, -0.64, -0.6]] {
+            let grid = SphereGrid::new(4, 4).around(pole);
+            for _ in 0..100 {
+                let (cosine, phi) = (2.0 * rng.uniform() - 1.0, PI * (2.0 * rng.uniform() - 1.0));
+                let (c, p) = grid.coordinates(grid.direction(cosine, phi));
+                assert!((c - cosine).abs() < 1e-12 && (p - phi).abs() < 1e-7, "{cosine} {phi}: {c} {p}");
+            }
+        }
+    }
+}

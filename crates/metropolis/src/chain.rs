@@ -5,7 +5,7 @@ use crate::{Mutation, RandomSource, Target};
 /// A number that no correct kernel or target gives. The proposal is rejected and the fault reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The target density of the candidate is NaN, infinite or the logarithm of a negative number.
+    /// The target density of the candidate, or of the state the chain was started at, is NaN or infinite.
     Target,
     /// The density of the proposal just made is NaN, infinite or zero.
     Forward,
@@ -84,7 +84,8 @@ impl<S: Clone, V: Copy> Chain<S, V> {
             Err(reason) => return Step::NotProposed(reason),
         };
         self.other_value = target.evaluate(&self.other);
-        let acceptance = match self.acceptance::<T, M>(mutation, space, plan) {
+        let (x, y) = ((&self.current, &self.value), (&self.other, &self.other_value));
+        let acceptance = match acceptance::<T, M>(mutation, space, x, y, plan) {
             Ok(acceptance) => acceptance,
             Err(fault) => return Step::Faulty { plan, fault },
         };
@@ -95,31 +96,48 @@ impl<S: Clone, V: Copy> Chain<S, V> {
         }
         Step::Tried { plan, acceptance, accepted }
     }
+}
 
-    /// Hastings' acceptance probability for the candidate in `other`.
-    #[inline]
-    fn acceptance<T, M>(&self, mutation: &M, space: &M::Space, plan: M::Plan) -> Result<f64, Fault>
-    where
-        T: Target<State = S, Value = V>,
-        M: Mutation<State = S>,
-    {
-        let invalid = |ln: f64| ln.is_nan() || ln == f64::INFINITY;
-        let ln_fy = T::ln_density(&self.other_value);
-        if invalid(ln_fy) {
-            return Err(Fault::Target);
-        }
-        if ln_fy == f64::NEG_INFINITY {
-            return Ok(0.0);
-        }
-        let forward = mutation.ln_density(space, &self.current, &self.other, plan);
-        if !forward.is_finite() {
-            return Err(Fault::Forward);
-        }
-        let backward = mutation.ln_density(space, &self.other, &self.current, plan);
-        if invalid(backward) {
-            return Err(Fault::Backward);
-        }
-        let ln_ratio = (ln_fy - forward) - (T::ln_density(&self.value) - backward);
-        Ok(if ln_ratio >= 0.0 { 1.0 } else { ln_ratio.exp() })
+/// Hastings' acceptance probability `min(1, f(y) T(y→x) / (f(x) T(x→y)))` for the candidate y that `plan` made of x; the very
+/// function that [`Chain::step`] uses.
+///
+/// Each state comes with the target's value there. A candidate where the target is 0, or from which there is no way back,
+/// has probability 0; from a state where the target is 0 every other candidate has probability 1.
+///
+/// # Errors
+///
+/// A target or a density that is not a number: see [`Fault`].
+#[inline]
+pub fn acceptance<T, M>(
+    mutation: &M,
+    space: &M::Space,
+    (x, value_x): (&M::State, &T::Value),
+    (y, value_y): (&M::State, &T::Value),
+    plan: M::Plan,
+) -> Result<f64, Fault>
+where
+    T: Target<State = M::State>,
+    M: Mutation,
+{
+    let invalid = |ln: f64| ln.is_nan() || ln == f64::INFINITY;
+    let (ln_fx, ln_fy) = (T::ln_density(value_x), T::ln_density(value_y));
+    if invalid(ln_fx) || invalid(ln_fy) {
+        return Err(Fault::Target);
     }
+    if ln_fy == f64::NEG_INFINITY {
+        return Ok(0.0);
+    }
+    let forward = mutation.ln_density(space, x, y, plan);
+    if !forward.is_finite() {
+        return Err(Fault::Forward);
+    }
+    let backward = mutation.ln_density(space, y, x, plan);
+    if invalid(backward) {
+        return Err(Fault::Backward);
+    }
+    if backward == f64::NEG_INFINITY {
+        return Ok(0.0);
+    }
+    let ln_ratio = (ln_fy - forward) - (ln_fx - backward);
+    Ok(if ln_ratio >= 0.0 { 1.0 } else { ln_ratio.exp() })
 }

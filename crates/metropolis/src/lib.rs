@@ -4,13 +4,16 @@
 //! density of both. A [`Mixture`] chooses among mutations and is itself a mutation. A [`Chain`] moves one state under
 //! a [`Target`]. Nothing here knows about rendering, threads or files.
 
+pub mod diagnostics;
+pub mod finite;
+
 mod chain;
 mod ln_product;
 mod mixture;
 mod mutation;
 mod random;
 
-pub use chain::{Chain, Fault, Step};
+pub use chain::{Chain, Fault, Step, acceptance};
 pub use ln_product::LnProduct;
 pub use mixture::{Mixture, MixtureError, NotProposed};
 pub use mutation::{Mutation, Target};

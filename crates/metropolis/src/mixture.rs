@@ -1,12 +1,20 @@
 //! State-dependent choice among kernels. A mixture is itself a kernel, so that the probability of the choice is part of
 //! the density and cannot be forgotten.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::{Mutation, RandomSource};
 
 /// Kernels with weights; the probability of a kernel from `x` is its weight times its suitability, normalised.
-#[derive(Clone, Debug)]
+///
+/// In a file a mixture is the list of its members, checked as [`Mixture::new`] checks it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(
+    try_from = "Vec<(f64, M)>",
+    into = "Vec<(f64, M)>",
+    bound(serialize = "M: Serialize + Clone", deserialize = "M: Deserialize<'de>")
+)]
 pub struct Mixture<M> {
     members: Vec<(f64, M)>,
 }
@@ -62,6 +70,20 @@ impl<M> Mixture<M> {
     /// The members with the weights as given.
     pub fn members(&self) -> &[(f64, M)] {
         &self.members
+    }
+}
+
+impl<M> TryFrom<Vec<(f64, M)>> for Mixture<M> {
+    type Error = MixtureError;
+
+    fn try_from(members: Vec<(f64, M)>) -> Result<Self, MixtureError> {
+        Self::new(members)
+    }
+}
+
+impl<M> From<Mixture<M>> for Vec<(f64, M)> {
+    fn from(mixture: Mixture<M>) -> Self {
+        mixture.members
     }
 }
 

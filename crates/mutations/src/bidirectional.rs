@@ -239,6 +239,10 @@ impl Mutation for Bidirectional {
         let t = inserted - 1 - s;
         // m = l + deleted, so the suffix is what follows vertex m - 1 = prefix + deleted - 2.
         let first_kept = prefix + deleted - 1;
+        if !(prefix..=first_kept).any(|s| density::strategy_exists(&x.vertices, s)) {
+            // A run of Dirac vertices between kept ones: no split could sample it again, so there is no way back.
+            return Err(Rejection::NotConnectable);
+        }
         let suffix = k + 1 - first_kept;
 
         y.clear();

@@ -30,11 +30,12 @@ pub(crate) fn dirac_factor(vertex: &Vertex, w_to: DVec3) -> f64 {
 /// Finishes a candidate whose edge `i` connects two vertices given: both must be able to, and see each other.
 #[inline]
 pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejection> {
-    y.edges[i] = Edge::new(scene, &y.vertices[i], &y.vertices[i + 1]);
-    if y.edges[i].geometry <= 0.0 {
+    let (light_side, eye_side) = (&y.vertices[i], &y.vertices[i + 1]);
+    if !scene.mutually_visible(light_side, eye_side) {
         return Err(Rejection::Occluded);
     }
-    if scene.mutually_visible(&y.vertices[i], &y.vertices[i + 1]) { Ok(()) } else { Err(Rejection::Occluded) }
+    y.edges[i] = Edge::new(scene, light_side, eye_side);
+    Ok(())
 }
 
 /// Writes to `y` a copy of `x`.

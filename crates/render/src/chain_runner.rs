@@ -10,6 +10,9 @@ use rand_pcg::Pcg64Dxsm;
 use crate::Film;
 use crate::statistics::{MutationStatistics, Outcome};
 
+/// What a step of a mixture of path mutations comes to.
+pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
+
 /// One step in this many is timed: reading the clock costs as much as a cheap proposal.
 const TIMED_EVERY: u64 = 16;
 
@@ -73,6 +76,11 @@ impl ChainRunner {
         self.chain.current().0
     }
 
+    /// After a step that built a candidate and stayed: the candidate.
+    pub fn candidate(&self) -> &Path {
+        self.chain.other().0
+    }
+
     /// Number of steps taken.
     pub fn steps(&self) -> u64 {
         self.steps
@@ -84,7 +92,7 @@ impl ChainRunner {
     }
 
     /// One transition, without leaving anything behind.
-    pub fn step<M>(&mut self, mixture: &Mixture<M>, space: &PathSpace) -> Step<(usize, Splice), NotProposed<Rejection>>
+    pub fn step<M>(&mut self, mixture: &Mixture<M>, space: &PathSpace) -> ChainStep
     where
         M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
     {

@@ -14,9 +14,9 @@ pub mod statistics;
 mod streams;
 
 pub use bidirectional::BidirectionalPathTracer;
-pub use chain_runner::{ChainRunner, FaultRecord, Ledger};
+pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
 pub use film::{Film, Picture};
-pub use mlt::{MltReport, replay, replay_with};
+pub use mlt::{MltReport, Replayed, replay};
 pub use observer::{Observer, Stage, Unobserved};
 pub use path_tracer::PathTracer;
 pub use sampling::{Estimator, Sampled, sample_image};

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ergodic_metropolis::{Mixture, Mutation};
-use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
 use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
-use crate::chain_runner::{ChainRunner, FaultRecord, Ledger};
-use crate::observer::{Observer, Stage};
+use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+use crate::observer::{Observer, Stage, Unobserved};
 use crate::sampling::sample_image;
 use crate::seeding::Seeds;
 use crate::statistics::MutationStatistics;
@@ -236,39 +236,39 @@ fn share_of_time(elapsed: Duration, begun: Duration, seconds: f64) -> f64 {
     if left > 0.0 { (elapsed - begun).as_secs_f64() / left } else { 1.0 }
 }
 
-/// Runs one chain again, alone, up to the given step, for looking at a fault.
-///
-/// Returns the runner before the step and the step's outcome; `None` if there is no such chain.
-pub fn replay(
-    scene: &Arc<Scene>,
-    settings: &Settings,
-    record: &FaultRecord,
-) -> Option<(ChainRunner, ergodic_metropolis::Step<(usize, Splice), ergodic_metropolis::NotProposed<Rejection>>)> {
-    let mixture = Mixture::<AnyMutation>::new(settings.mlt.mutations.clone()).ok()?;
-    replay_with(scene, settings, &mixture, record)
+/// A step of a chain seen again.
+#[derive(Clone, Debug)]
+pub struct Replayed {
+    /// The chain before the step.
+    pub before: ChainRunner,
+    /// The chain after it; [`ChainRunner::candidate`] is what was proposed.
+    pub after: ChainRunner,
+    /// What the step came to.
+    pub step: ChainStep,
 }
 
-/// [`replay`] with any mixture.
-pub fn replay_with<M>(
+/// Runs one chain again, alone, up to the given step, for looking at a fault.
+///
+/// `None` if there is no such chain.
+pub fn replay<M>(
     scene: &Arc<Scene>,
     settings: &Settings,
     mixture: &Mixture<M>,
     record: &FaultRecord,
-) -> Option<(ChainRunner, ergodic_metropolis::Step<(usize, Splice), ergodic_metropolis::NotProposed<Rejection>>)>
+) -> Option<Replayed>
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
 {
     let lengths = chain_lengths(settings);
     let roulette = settings.roulette.roulette();
-    let observer = crate::observer::Unobserved;
-    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &observer);
+    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &Unobserved);
     let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
     let space = PathSpace { scene: Arc::clone(scene), lengths };
-    let mut runner = ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
+    let mut after = ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
     for _ in 0..record.step {
-        runner.step(mixture, &space);
+        after.step(mixture, &space);
     }
-    let before = runner.clone();
-    let step = runner.step(mixture, &space);
-    Some((before, step))
+    let before = after.clone();
+    let step = after.step(mixture, &space);
+    Some(Replayed { before, after, step })
 }

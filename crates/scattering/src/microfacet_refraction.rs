@@ -1,6 +1,7 @@
 //! Refraction through a GGX surface (Walter et al. 2007, eq. 21), without its Fresnel factor.
 //!
-//! Local directions on opposite sides of the surface, each with the index of the medium it lies in.
+//! Local directions on opposite sides of the surface, each with the index of the medium it lies in. Masking above and
+//! shadowing below are independent: the product of two G1 (Walter's eq. 23).
 
 use glam::DVec3;
 

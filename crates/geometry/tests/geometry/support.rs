@@ -121,7 +121,9 @@ pub fn cube(n: u32) -> Mesh {
             let first = mesh.positions.len() as u32;
             for i in 0..=n {
                 for j in 0..=n {
-                    let (s, t) = (2.0 * f64::from(i) / f64::from(n) - 1.0, 2.0 * f64::from(j) / f64::from(n) - 1.0);
+                    // Odd in its argument, so that the faces meet in the same bits.
+                    let place = |i: u32| (2.0 * f64::from(i) - f64::from(n)) / f64::from(n);
+                    let (s, t) = (place(i), place(j));
                     let mut p = DVec3::ZERO;
                     p[axis] = side;
                     p[(axis + 1) % 3] = s * side;
@@ -170,8 +172,6 @@ pub fn cramer(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3], margin: f6
     let det = -direction.dot(n);
     let t = ao.dot(n) / det;
     let m = ao.cross(direction);
-    let (u, v) = (-ac.dot(m) / det, ab.dot(m) / det);
-    let (u, v) = (-u, -v);
-    let (u, v) = (-u, -v);
+    let (u, v) = (ac.dot(m) / det, -ab.dot(m) / det);
     (u > margin && v > margin && 1.0 - u - v > margin && t.is_finite()).then_some(t)
 }

@@ -127,7 +127,7 @@ const GAUSS_WEIGHTS: [f64; 4] =
     [0.173_927_422_568_726_93, 0.326_072_577_431_273_07, 0.326_072_577_431_273_07, 0.173_927_422_568_726_93];
 
 /// The most halvings of a cell.
-const DEPTH: u32 = 12;
+const DEPTH: u32 = 10;
 
 /// The integral of `f` over a rectangle, halving it until two orders agree to `tolerance`.
 pub fn integrate(f: &dyn Fn(f64, f64) -> f64, low: DVec2, high: DVec2, tolerance: f64) -> f64 {
@@ -168,6 +168,8 @@ pub struct Rings {
     frame: Frame,
     edges: Vec<f64>,
     sectors: usize,
+    /// Normals of the half spaces, each with the axis inside, beyond which the density is 0.
+    horizons: Vec<DVec3>,
 }
 
 impl Rings {
@@ -179,7 +181,21 @@ impl Rings {
         // Narrow rings where a surface's horizon is, if the axis is its normal.
         edges.extend([-0.03, -3e-3, 0.0, 3e-3, 0.03].map(|offset| 0.5 * PI + offset));
         edges.sort_by(f64::total_cmp);
-        Self { frame: Frame::from_normal(axis), edges, sectors }
+        Self { frame: Frame::from_normal(axis), edges, sectors, horizons: Vec::new() }
+    }
+
+    /// Integrates only over the half spaces about these normals, so that no cell has a step in it.
+    pub fn within(self, normals: &[DVec3]) -> Self {
+        let horizons = normals.iter().map(|n| n * n.dot(self.frame.n).signum()).collect();
+        Self { horizons, ..self }
+    }
+
+    /// The angle from the axis at which the directions at `phi` cross the first horizon.
+    fn horizon(&self, phi: f64) -> f64 {
+        let outwards = self.direction(0.5 * PI, phi);
+        // n·w = cos theta n·axis + sin theta n·outwards has one zero in (0, pi).
+        let crossing = |n: &DVec3| n.dot(self.frame.n).atan2(-n.dot(outwards));
+        self.horizons.iter().map(crossing).fold(PI, f64::min)
     }
 
     pub fn cells(&self) -> usize {
@@ -202,18 +218,17 @@ impl Rings {
 
     /// The integral of `f` over every cell.
     pub fn integrals(&self, f: &dyn Fn(DVec3) -> f64, tolerance: f64) -> Vec<f64> {
-        let over = |theta: f64, phi: f64| f(self.direction(theta, phi)) * theta.sin();
         let sector = TAU / self.sectors as f64;
-        let rings = self.edges.windows(2);
-        rings
-            .flat_map(|ring| {
-                (0..self.sectors).map(|i| {
-                    let low = DVec2::new(ring[0], sector * i as f64);
-                    let high = DVec2::new(ring[1], sector * (i + 1) as f64);
-                    integrate(&over, low, high, tolerance)
-                })
-            })
-            .collect()
+        let cell = |ring: &[f64], i: usize| {
+            let over = |x: f64, phi: f64| {
+                let size = self.horizon(phi).min(ring[1]) - ring[0];
+                let theta = ring[0] + size * x;
+                if size <= 0.0 { 0.0 } else { f(self.direction(theta, phi)) * theta.sin() * size }
+            };
+            let (low, high) = (DVec2::new(0.0, sector * i as f64), DVec2::new(1.0, sector * (i + 1) as f64));
+            integrate(&over, low, high, tolerance)
+        };
+        self.edges.windows(2).flat_map(|ring| (0..self.sectors).map(|i| cell(ring, i)).collect::<Vec<_>>()).collect()
     }
 }
 
@@ -263,7 +278,7 @@ pub fn chi_square_directions(
     others: &[f64],
     sample: &mut dyn FnMut() -> Outcome,
 ) -> Result<f64, String> {
-    let mut expected = rings.integrals(pdf, 5e-8);
+    let mut expected = rings.integrals(pdf, 2e-7);
     expected.extend_from_slice(others);
     let mass: f64 = expected.iter().sum();
     if mass > 1.0 + 1e-3 {

@@ -3,7 +3,7 @@
 /// Streaming mean and variance (Welford 1962), mergeable (Chan, Golub and LeVeque 1979).
 ///
 /// ```
-/// let moments: ergodic_laws::Moments = [1.0, 2.0, 3.0, 4.0].into_iter().collect();
+/// let moments: ergodic_metropolis::diagnostics::Moments = [1.0, 2.0, 3.0, 4.0].into_iter().collect();
 /// assert_eq!((moments.mean(), moments.count()), (2.5, 4));
 /// assert!((moments.variance() - 5.0 / 3.0).abs() < 1e-15);
 /// ```
@@ -65,11 +65,6 @@ impl Moments {
     pub fn standard_error(&self) -> f64 {
         (self.variance() / self.count as f64).sqrt()
     }
-
-    /// How many standard errors the mean is away from `expected`.
-    pub fn z(&self, expected: f64) -> f64 {
-        crate::z_score(self.mean, expected, self.standard_error())
-    }
 }
 
 impl FromIterator<f64> for Moments {
@@ -110,6 +105,5 @@ mod tests {
     fn one_number_says_nothing_about_the_spread() {
         let one: Moments = [3.0].into_iter().collect();
         assert_eq!(one.standard_error(), f64::INFINITY);
-        assert_eq!(one.z(100.0), 0.0);
     }
 }

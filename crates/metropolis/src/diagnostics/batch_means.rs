@@ -1,0 +1,94 @@
+//! The standard error of a chain's average while it runs, in constant memory.
+
+use super::Moments;
+
+/// Means of consecutive batches. The batches grow with the chain: when there are too many, neighbours are joined.
+///
+/// For batches much longer than the autocorrelation time their means are nearly independent, so that their spread gives
+/// the standard error of the whole mean and, against the spread of single terms, the autocorrelation time.
+///
+/// ```
+/// use ergodic_metropolis::diagnostics::BatchMeans;
+///
+/// let mut luminance = BatchMeans::new(64);
+/// for step in 0..10_000 {
+///     // Blocks of ten equal terms.
+///     luminance.add(f64::from((step / 10 * 7919) % 1009));
+/// }
+/// let time = luminance.autocorrelation_time().unwrap();
+/// assert!((5.0..20.0).contains(&time), "{time}");
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct BatchMeans {
+    terms: Moments,
+    means: Vec<f64>,
+    most: usize,
+    length: u64,
+    open_sum: f64,
+    open_count: u64,
+}
+
+impl BatchMeans {
+    /// Keeps between `batches` and `2 batches` batches once the chain is long enough (at least 8 are kept).
+    ///
+    /// The relative error of the autocorrelation time is about `sqrt(2 / batches)`, and a chain must be several times
+    /// `batches` autocorrelation times long for the bias to be smaller than that.
+    pub fn new(batches: usize) -> Self {
+        let most = 2 * batches.max(8);
+        Self { terms: Moments::new(), means: Vec::with_capacity(most), most, length: 1, open_sum: 0.0, open_count: 0 }
+    }
+
+    /// Takes the next term of the chain.
+    #[inline]
+    pub fn add(&mut self, value: f64) {
+        self.terms.add(value);
+        self.open_sum += value;
+        self.open_count += 1;
+        if self.open_count == self.length {
+            self.close();
+        }
+    }
+
+    fn close(&mut self) {
+        self.means.push(self.open_sum / self.length as f64);
+        (self.open_sum, self.open_count) = (0.0, 0);
+        if self.means.len() == self.most {
+            for i in 0..self.most / 2 {
+                self.means[i] = 0.5 * (self.means[2 * i] + self.means[2 * i + 1]);
+            }
+            self.means.truncate(self.most / 2);
+            self.length *= 2;
+        }
+    }
+
+    /// Count, mean and variance of the single terms. Their standard error is that of *independent* terms.
+    pub fn terms(&self) -> &Moments {
+        &self.terms
+    }
+
+    /// The number of terms in a batch now.
+    pub fn batch_length(&self) -> u64 {
+        self.length
+    }
+
+    /// Integrated autocorrelation time τ in steps: batch length times the variance of the batch means over the variance of
+    /// the terms. `None` before there are 8 batches of more than one term, and for a series that never changed.
+    pub fn autocorrelation_time(&self) -> Option<f64> {
+        if self.means.len() < 8 || self.length < 2 {
+            return None;
+        }
+        let means: Moments = self.means.iter().copied().collect();
+        let time = self.length as f64 * means.variance() / self.terms.variance();
+        (time.is_finite() && time > 0.0).then_some(time)
+    }
+
+    /// The number of independent terms that would know the mean as well.
+    pub fn effective_sample_size(&self) -> Option<f64> {
+        self.autocorrelation_time().map(|time| self.terms.count() as f64 / time)
+    }
+
+    /// The standard error of the mean, with the autocorrelation taken into account.
+    pub fn standard_error(&self) -> Option<f64> {
+        self.effective_sample_size().map(|size| (self.terms.variance() / size).sqrt())
+    }
+}

@@ -366,7 +366,7 @@ fn the_density_is_that_of_the_sampler_by_volume() {
     let mut x = Path::default();
     let (floor, _) = space.scene.world().bounds();
     let on_floor = |p: DVec3| (p.y - floor.y).abs() < 1e-9;
-    let half = 0.015;
+    let half = 0.025;
     let mut middle = DVec3::ZERO;
     let found = (0..100_000).any(|_| {
         if source.draw(&mut x, &mut rng).is_none() || x.length() != 2 || !on_floor(x.vertices[1].position) {
@@ -394,7 +394,7 @@ fn the_density_is_that_of_the_sampler_by_volume() {
     ] {
         let (measured, error) = volume(&space, &mutation, &x, plan, proposals, in_patch, |_| 1.0);
         println!("{}: {measured:.3e} +- {error:.1e}, area {area:.3e}", mutation.name());
-        assert!(error < 0.03 * area, "{}: too few samples, {error}", mutation.name());
+        assert!(error < 0.08 * area, "{}: too few samples, {error}", mutation.name());
         assert!((measured - area).abs() < 5.0 * error, "{}: {measured} +- {error}, want {area}", mutation.name());
         // The law can fail: without the cosine at the new vertex the volume is another.
         let faulty = |y: &Path| y.vertices[1].interaction.ng.dot(y.edges[1].direction).abs();

@@ -8,15 +8,18 @@ use super::Moments;
 /// the standard error of the whole mean and, against the spread of single terms, the autocorrelation time.
 ///
 /// ```
+/// use ergodic_metropolis::RandomSource;
 /// use ergodic_metropolis::diagnostics::BatchMeans;
 ///
-/// let mut luminance = BatchMeans::new(64);
-/// for step in 0..10_000 {
-///     // Blocks of ten equal terms.
-///     luminance.add(f64::from((step / 10 * 7919) % 1009));
+/// // Every random number ten times over.
+/// let mut rng = rand_pcg::Pcg64::new(1, 1);
+/// let mut blocks = BatchMeans::new(64);
+/// for _ in 0..2000 {
+///     let value = rng.uniform();
+///     (0..10).for_each(|_| blocks.add(value));
 /// }
-/// let time = luminance.autocorrelation_time().unwrap();
-/// assert!((5.0..20.0).contains(&time), "{time}");
+/// let time = blocks.autocorrelation_time().unwrap();
+/// assert!((6.0..15.0).contains(&time), "{time}");
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BatchMeans {

@@ -37,6 +37,57 @@ pub enum Step<P, F> {
 }
 
 /// A state, the room for a candidate, and the target's value at each.
+///
+/// ```
+/// use std::convert::Infallible;
+///
+/// use ergodic_metropolis::{Chain, Mutation, RandomSource, Step, Target};
+///
+/// /// exp(-x²/2): the normal distribution, without its constant.
+/// struct Bell;
+///
+/// impl Target for Bell {
+///     type State = f64;
+///     type Value = f64;
+///
+///     fn evaluate(&self, x: &f64) -> f64 {
+///         -0.5 * x * x
+///     }
+///
+///     fn ln_density(value: &f64) -> f64 {
+///         *value
+///     }
+/// }
+///
+/// /// A step of at most 2 to either side.
+/// struct Stroll;
+///
+/// impl Mutation for Stroll {
+///     type Space = ();
+///     type State = f64;
+///     type Plan = ();
+///     type Failure = Infallible;
+///
+///     fn propose(&self, _: &(), x: &f64, y: &mut f64, rng: &mut impl RandomSource) -> Result<(), Infallible> {
+///         *y = x + 4.0 * rng.uniform() - 2.0;
+///         Ok(())
+///     }
+///
+///     fn ln_density(&self, _: &(), _: &f64, _: &f64, _: ()) -> f64 {
+///         0.25f64.ln()
+///     }
+/// }
+///
+/// let mut rng = rand_pcg::Pcg64::new(1, 1);
+/// let mut chain = Chain::new(0.0, &Bell);
+/// let (mut squares, n) = (0.0, 100_000);
+/// for _ in 0..n {
+///     let step = chain.step(&Bell, &Stroll, &(), &mut rng);
+///     assert!(matches!(step, Step::Tried { .. }));
+///     squares += chain.current().0.powi(2);
+/// }
+/// assert!((squares / f64::from(n) - 1.0).abs() < 0.05);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Chain<S, V> {
     current: S,

@@ -8,6 +8,18 @@ use crate::{Mutation, RandomSource};
 
 /// Kernels with weights; the probability of a kernel from `x` is its weight times its suitability, normalised.
 ///
+/// ```
+/// use ergodic_metropolis::finite::{FiniteProposal, TransitionMatrix};
+/// use ergodic_metropolis::{Mixture, Mutation};
+///
+/// let matrix = |rows: [[f64; 2]; 2]| TransitionMatrix::from_rows(rows.map(Vec::from).into()).map(FiniteProposal::new);
+/// let kernels = Mixture::new(vec![(3.0, matrix([[0.5, 0.5], [0.5, 0.5]])?), (1.0, matrix([[0.0, 1.0], [1.0, 0.0]])?)])?;
+/// assert_eq!(kernels.probability(1, &(), &0), 0.25);
+/// // The density is the joint one of the choice and the move.
+/// assert_eq!(kernels.ln_density(&(), &0, &1, (0, ())), (0.75 * 0.5f64).ln());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// In a file a mixture is the list of its members, checked as [`Mixture::new`] checks it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(

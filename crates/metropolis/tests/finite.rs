@@ -7,7 +7,7 @@ use ergodic_metropolis::finite::{FiniteError, FiniteProposal, FiniteTarget, Tran
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Target};
 
 fn matrix(rows: &[&[f64]]) -> TransitionMatrix {
-    TransitionMatrix::from_rows(rows.iter().map(|row| row.to_vec()).collect()).unwrap()
+    TransitionMatrix::from_rows(rows.iter().map(|row| row.to_vec()).collect()).expect("the rows sum to 1")
 }
 
 /// The example of the lectures. It has a stationary distribution without being reversible.
@@ -22,7 +22,7 @@ fn random_matrix(n: usize, rng: &mut impl RandomSource) -> TransitionMatrix {
         let sum: f64 = row.iter().sum();
         row.iter().map(|v| v / sum).collect()
     };
-    TransitionMatrix::from_rows((0..n).map(|_| row(rng)).collect()).unwrap()
+    TransitionMatrix::from_rows((0..n).map(|_| row(rng)).collect()).expect("the rows were normalised")
 }
 
 #[test]
@@ -343,7 +343,7 @@ fn plans(x: &Word, y: &Word) -> Vec<(usize, Splice)> {
 }
 
 fn spellings() -> Mixture<Spelling> {
-    Mixture::new(vec![(1.0, Spelling::Rewrite), (0.7, Spelling::Nudge)]).unwrap()
+    Mixture::new(vec![(1.0, Spelling::Rewrite), (0.7, Spelling::Nudge)]).expect("the weights are positive")
 }
 
 fn space() -> Vec<Vec<(usize, usize, usize)>> {

@@ -8,7 +8,7 @@ use ergodic_laws::faults::{Forgetful, NonFinite, Scaled, WrongPath};
 use ergodic_laws::{
     Flow, Invariance, detailed_balance, generator, normal_limit, one_step_invariance, sidak, volume, way_back,
 };
-use ergodic_metropolis::{Mixture, Mutation, acceptance};
+use ergodic_metropolis::{Mixture, Mutation, NotProposed, RandomSource, Target, acceptance};
 use toy::{Kernel, LONGEST, Outside, Path, Splice, Toy, choices, exact, kernels};
 
 type Plan = (usize, Splice);
@@ -16,7 +16,6 @@ type Plan = (usize, Splice);
 /// The weighted form of the exact sampler, so that weights other than 1 are tested too: plain uniform paths, f/p with
 /// p = 1/LONGEST for each length.
 fn weighted(rng: &mut rand_pcg::Pcg64) -> Option<(Path, f64)> {
-    use ergodic_metropolis::{RandomSource, Target};
     let x: Path = (0..1 + rng.below(LONGEST)).map(|_| rng.uniform()).collect();
     let f = Toy.evaluate(&x).exp();
     Some((x, f * LONGEST as f64))
@@ -33,7 +32,6 @@ fn drift<M: Mutation<State = Path, Space = ()>>(kernel: &M, seed: u64, n: u64) -
 
 /// The flow between four lengths times four quarters of the first number.
 fn flow<M: Mutation<State = Path, Space = ()>>(kernel: &M, seed: u64, n: u64) -> Flow {
-    use ergodic_metropolis::Target;
     let cell = |x: &Path| 4 * (x.len() - 1) + (4.0 * x[0]) as usize;
     let (mut flow, mut rng) = (Flow::new(), generator(seed));
     for _ in 0..n {
@@ -92,7 +90,7 @@ fn detailed_balance_holds_to_rounding() {
 /// number i reaches both rings that lie inside the unit interval.
 fn reachable(x: &Path) -> BTreeMap<(usize, usize, usize, usize), f64> {
     let mut volumes = BTreeMap::new();
-    for (prefix, cut, put) in choices(x.len()) {
+    for &(prefix, cut, put) in choices(x.len()) {
         volumes.insert((0, prefix, x.len() - prefix - cut, x.len() - cut + put), 1.0);
     }
     for (i, v) in x.iter().enumerate() {
@@ -134,17 +132,17 @@ fn the_volume_law_catches_faults_in_the_forward_density() {
 
 #[test]
 fn one_step_leaves_the_target_invariant() {
-    let verdict = drift(&kernels(), 4, 1_000_000).verdict(1e-4);
+    let verdict = drift(&kernels(), 4, 600_000).verdict(1e-4);
     assert!(verdict.holds, "{verdict:?}");
 
-    let weighted = one_step_invariance(&Toy, &kernels(), &(), weighted, functions, 1_000_000, &mut generator(5));
+    let weighted = one_step_invariance(&Toy, &kernels(), &(), weighted, functions, 600_000, &mut generator(5));
     let verdict = weighted.verdict(1e-4);
     assert!(verdict.holds, "{verdict:?}");
 }
 
 #[test]
 fn invariance_catches_every_fault() {
-    let n = 500_000;
+    let n = 300_000;
     let worst = [
         ("choice forgotten", drift(&Forgetful(kernels()), 4, n)),
         ("choice from the wrong path", drift(&WrongPath(kernels()), 4, n)),
@@ -162,17 +160,17 @@ fn invariance_catches_every_fault() {
 
 #[test]
 fn as_much_flows_there_as_back() {
-    let right = flow(&kernels(), 6, 500_000).verdict();
+    let right = flow(&kernels(), 6, 300_000).verdict();
     assert!(right.holds && right.dof > 50, "{right:?}");
 
     let faulty = [
-        ("choice forgotten", flow(&Forgetful(kernels()), 6, 500_000)),
-        ("choice from the wrong path", flow(&WrongPath(kernels()), 6, 500_000)),
+        ("choice forgotten", flow(&Forgetful(kernels()), 6, 300_000)),
+        ("choice from the wrong path", flow(&WrongPath(kernels()), 6, 300_000)),
         (
             "choices of the wrong path",
-            flow(&Scaled { mutation: kernels(), factor: choices_of_the_wrong_path }, 6, 500_000),
+            flow(&Scaled { mutation: kernels(), factor: choices_of_the_wrong_path }, 6, 300_000),
         ),
-        ("Jacobian lost one way", flow(&Scaled { mutation: kernels(), factor: lost_jacobian }, 6, 500_000)),
+        ("Jacobian lost one way", flow(&Scaled { mutation: kernels(), factor: lost_jacobian }, 6, 300_000)),
         ("not a number", flow(&NonFinite::new(kernels(), 1000), 6, 1_000)),
     ];
     for (fault, flow) in faulty {
@@ -188,8 +186,7 @@ fn a_kernel_that_does_nothing_passes_nothing() {
     let stuck = Mixture::new(vec![(1.0, Kernel::Perturb { least: 2.0, most: 3.0 })]).unwrap();
     let fails = |x: &Path| {
         let mut y = x.clone();
-        stuck.propose(&(), x, &mut y, &mut generator(7))
-            == Err(ergodic_metropolis::NotProposed::Failed { index: 0, reason: Outside })
+        stuck.propose(&(), x, &mut y, &mut generator(7)) == Err(NotProposed::Failed { index: 0, reason: Outside })
     };
     assert!(fails(&vec![0.5, 0.5]));
     assert!(!way_back(&stuck, &(), exact, 1000, &mut generator(7)).holds(1.0));

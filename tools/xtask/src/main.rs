@@ -1,2 +1,81 @@
-//! x
-fn main() {}
+//! Chores of the project: `cargo xtask scenes` writes scenes/*/scene.glb from code, so that every number in them has a
+//! source.
+
+mod glb;
+mod scenes;
+mod shapes;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Usage: cargo xtask <command>
+
+Commands:
+  scenes [NAME...]   write scenes/NAME/scene.glb, for all scenes if none is named
+";
+
+fn scenes_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+}
+
+fn write_scenes(names: &[String]) -> Result<(), String> {
+    if let Some(unknown) = names.iter().find(|name| scenes::ALL.iter().all(|recipe| recipe.name != **name)) {
+        let known = scenes::ALL.map(|recipe| recipe.name).join(", ");
+        return Err(format!("there is no scene `{unknown}`; the scenes are {known}"));
+    }
+    for recipe in scenes::ALL.iter().filter(|recipe| names.is_empty() || names.iter().any(|n| n == recipe.name)) {
+        let folder = scenes_folder().join(recipe.name);
+        let file = folder.join("scene.glb");
+        let bytes = (recipe.make)().to_glb();
+        std::fs::create_dir_all(&folder)
+            .and_then(|()| std::fs::write(&file, &bytes))
+            .map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+        println!("{:8} {:8} bytes  {}", recipe.name, bytes.len(), recipe.about);
+    }
+    Ok(())
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let result = match arguments.split_first() {
+        Some((command, names)) if command == "scenes" => write_scenes(names),
+        Some((help, _)) if help == "--help" || help == "help" => {
+            print!("{USAGE}");
+            Ok(())
+        }
+        Some((command, _)) => Err(format!("there is no command `{command}`\n\n{USAGE}")),
+        None => Err(USAGE.to_string()),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_stored_scenes_are_what_the_code_makes() {
+        for recipe in scenes::ALL {
+            let file = scenes_folder().join(recipe.name).join("scene.glb");
+            let stored = std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+            assert!(stored == (recipe.make)().to_glb(), "{}: run `cargo xtask scenes`", recipe.name);
+        }
+    }
+
+    #[test]
+    fn the_scenes_are_valid_gltf() {
+        for recipe in scenes::ALL {
+            let bytes = (recipe.make)().to_glb();
+            let document = gltf::Gltf::from_slice(&bytes).unwrap_or_else(|e| panic!("{}: {e}", recipe.name));
+            assert_eq!(document.cameras().count(), 1);
+            assert!(document.materials().any(|m| m.emissive_factor() != [0.0; 3]), "{}: no lamp", recipe.name);
+        }
+    }
+}

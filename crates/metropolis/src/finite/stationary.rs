@@ -17,19 +17,19 @@ impl TransitionMatrix {
         let n = self.states();
         let mut a: Vec<Vec<f64>> = (0..n).map(|i| self.row(i).to_vec()).collect();
         for k in (1..n).rev() {
+            let (before, from_k) = a.split_at_mut(k);
+            let out = &from_k[0][..k];
             // The probability of leaving k for a smaller state is summed, not taken as 1 less that of staying.
-            let leaving: f64 = a[k][..k].iter().sum();
-            for i in 0..k {
-                a[i][k] /= leaving;
-                let through = a[i][k];
-                for j in 0..k {
-                    a[i][j] += through * a[k][j];
-                }
+            let leaving: f64 = out.iter().sum();
+            for row in before {
+                row[k] /= leaving;
+                let through = row[k];
+                row.iter_mut().zip(out).for_each(|(entry, onward)| *entry += through * onward);
             }
         }
         let mut distribution = vec![1.0];
         for k in 1..n {
-            distribution.push((0..k).map(|i| distribution[i] * a[i][k]).sum());
+            distribution.push(distribution.iter().zip(&a).map(|(p, row)| p * row[k]).sum());
         }
         let total: f64 = distribution.iter().sum();
         distribution.iter_mut().for_each(|p| *p /= total);

@@ -4,6 +4,8 @@
 //! A state is 1 to [`LONGEST`] numbers in [0, 1). The target is f(x) = 0.7^n Π (1 + x_i), whose integral over paths of n numbers is
 //! 1.05^n and which can be sampled exactly.
 
+use std::sync::LazyLock;
+
 use ergodic_metropolis::{LnProduct, Mixture, Mutation, RandomSource, Target};
 
 pub type Path = Vec<f64>;
@@ -64,22 +66,31 @@ pub enum Kernel {
 }
 
 pub fn kernels() -> Mixture<Kernel> {
-    Mixture::new(vec![(1.0, Kernel::Resample), (0.7, Kernel::Perturb { least: 0.01, most: 0.3 })]).unwrap()
+    Mixture::new(vec![(1.0, Kernel::Resample), (0.7, Kernel::Perturb { least: 0.01, most: 0.3 })])
+        .expect("the weights are positive")
 }
 
-/// What [`Kernel::Resample`] may do to a path of `n`: (prefix, numbers cut out, numbers put in), all equally likely.
-pub fn choices(n: usize) -> Vec<(usize, usize, usize)> {
-    let mut choices = vec![];
-    for cut in 0..=n {
-        for prefix in 0..=n - cut {
-            for put in 0..=LONGEST {
-                if (1..=LONGEST).contains(&(n - cut + put)) && (cut, put) != (0, 0) {
-                    choices.push((prefix, cut, put));
+type Choice = (usize, usize, usize);
+
+static CHOICES: LazyLock<[Vec<Choice>; LONGEST + 1]> = LazyLock::new(|| {
+    std::array::from_fn(|n| {
+        let mut choices = vec![];
+        for cut in 0..=n {
+            for prefix in 0..=n - cut {
+                for put in 0..=LONGEST {
+                    if (1..=LONGEST).contains(&(n - cut + put)) && (cut, put) != (0, 0) {
+                        choices.push((prefix, cut, put));
+                    }
                 }
             }
         }
-    }
-    choices
+        choices
+    })
+});
+
+/// What [`Kernel::Resample`] may do to a path of `n`: (prefix, numbers cut out, numbers put in), all equally likely.
+pub fn choices(n: usize) -> &'static [Choice] {
+    &CHOICES[n]
 }
 
 /// Number b beside number a: density 1 + a (2 b - 1).

@@ -54,20 +54,17 @@ fn check(kind: Kind, alpha: f64, ns: DVec3, from: DVec3, seed: u64) -> Result<()
     Ok(())
 }
 
+/// Goes over alphas and inclinations like a chessboard whose fields are the sides.
 fn check_all(kind: Kind, sides: &[f64]) -> Result<(), String> {
     let mut seed = kind as u64 * 1000;
-    for alpha in ALPHAS {
+    for (j, alpha) in ALPHAS.into_iter().enumerate() {
         for (i, cos) in COSINES.into_iter().enumerate() {
-            for side in sides {
-                for ns in [STRAIGHT, TILTED] {
-                    // The tilted normal is tried with every other direction.
-                    if ns == TILTED && (i % 2 == 0 || alpha == 0.5) {
-                        continue;
-                    }
-                    seed += 1;
-                    let from = inclined(cos, 0.6 + 0.5 * i as f64) * *side;
-                    check(kind, alpha, ns, from, seed)?;
-                }
+            let from = inclined(cos, 0.6 + 0.5 * i as f64) * sides[(i + j) % sides.len()];
+            seed += 1;
+            check(kind, alpha, STRAIGHT, from, seed)?;
+            // The tilted normal is tried with every other direction.
+            if i % 2 == 1 {
+                check(kind, alpha, TILTED, from, seed)?;
             }
         }
     }

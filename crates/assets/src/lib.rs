@@ -1,1 +1,97 @@
-//! x
+//! glTF 2.0 files and images to a [`SceneDescription`](ergodic_pathspace::SceneDescription): all checks of input.
+//!
+//! Nothing in a file is trusted: every index, length, offset and enumeration is checked before it is used, sizes are
+//! bounded, and what is wrong comes back as an [`AssetError`] that names the file, the place and the mend.
+//!
+//! ```no_run
+//! let asset = ergodic_assets::load("scenes/ring/scene.glb".as_ref())?;
+//! for warning in &asset.warnings {
+//!     eprintln!("{warning}");
+//! }
+//! println!("{} placed meshes", asset.description.placements.len());
+//! # Ok::<(), ergodic_assets::AssetError>(())
+//! ```
+
+mod accessor;
+mod asset;
+mod container;
+mod document;
+mod error;
+mod extensions;
+mod hierarchy;
+mod library;
+mod limits;
+mod material;
+mod primitive;
+mod tangents;
+mod texture;
+mod uri;
+mod warnings;
+
+use std::path::Path;
+
+use ergodic_pathspace::SceneDescription;
+
+pub use asset::{Asset, CameraError, Summary};
+use document::Document;
+use error::Flaw;
+pub use error::{AssetError, Trouble};
+use library::Library;
+use warnings::Warnings;
+
+/// Loads a `.glb` or `.gltf` file with the buffers and images it refers to.
+///
+/// # Errors
+///
+/// A file that cannot be read, breaks the specification where it matters, requires an extension that is not understood,
+/// or asks for too much memory.
+pub fn load(path: &Path) -> Result<Asset, AssetError> {
+    let name = path.display().to_string();
+    let bytes = uri::read_file(path).map_err(|why| {
+        let mend = "Give the path of a .glb or .gltf file";
+        Flaw::new(Trouble::Unreadable, "", format!("cannot be read: {why}"), mend).in_file(&name)
+    })?;
+    read(&bytes, Some(path.parent().unwrap_or(Path::new(""))), &name)
+}
+
+/// Loads a file from memory; `name` stands for it in messages. URIs of other files are errors.
+///
+/// # Errors
+///
+/// Like [`load`].
+pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Asset, AssetError> {
+    read(bytes, None, name)
+}
+
+fn read(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, AssetError> {
+    build(bytes, folder, name).map_err(|flaw| flaw.in_file(name))
+}
+
+fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw> {
+    let document = Document::parse(bytes, folder)?;
+    let root = &document.root;
+    let mut warnings = Warnings::default();
+    extensions::note_ignored(root, &mut warnings);
+    if document.animated {
+        warnings.note("Animations", "", "are not supported: the scene is shown at rest");
+    }
+    let mut library = Library::new(&document);
+    let world = hierarchy::place(&document, &mut library, &mut warnings)?;
+    let summary = Summary {
+        version: root.asset.version.clone(),
+        generator: root.asset.generator.clone(),
+        copyright: root.asset.copyright.clone(),
+        extensions_used: root.extensions_used.clone(),
+        extensions_required: root.extensions_required.clone(),
+        cameras: world.cameras.iter().map(|c| (c.number, c.camera_name.clone())).collect(),
+    };
+    let description = SceneDescription {
+        meshes: library.meshes,
+        placements: world.placements,
+        materials: library.materials,
+        textures: library.textures.textures,
+        lights: world.lights,
+        cameras: world.cameras.into_iter().map(|c| c.description).collect(),
+    };
+    Ok(Asset { file: name.into(), description, warnings: warnings.into_sentences(), summary })
+}

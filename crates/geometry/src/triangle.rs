@@ -100,9 +100,8 @@ fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
 pub(crate) fn is_degenerate([a, b, c]: &Triangle) -> bool {
     let (ab, ac) = (*b - *a, *c - *a);
     let longest = ab.abs().max(ac.abs()).max_element();
-    // Written so that NaN is degenerate.
     let sine = (ab / longest).cross(ac / longest).length();
-    !(sine > DEGENERATE_SINE)
+    sine.is_nan() || sine <= DEGENERATE_SINE
 }
 
 #[cfg(test)]

@@ -190,7 +190,7 @@ fn rough_pdf(vertex: &Vertex, w_from: glam::DVec3, w_to: glam::DVec3) -> f64 {
 
 impl Joint<'_> {
     /// Area density of path vertex `i` from the light.
-    fn from_light(&self, i: usize) -> f64 {
+    fn pdf_from_light(&self, i: usize) -> f64 {
         if i < self.s {
             return self.light.pdf_area[i];
         }
@@ -201,7 +201,7 @@ impl Joint<'_> {
     }
 
     /// Area density of path vertex `i` from the eye.
-    fn from_eye(&self, i: usize) -> f64 {
+    fn pdf_from_eye(&self, i: usize) -> f64 {
         if i >= self.s {
             return self.eye.pdf_area[self.s + self.t - 1 - i];
         }
@@ -227,7 +227,7 @@ impl Joint<'_> {
         // More vertices from the light: p_{i+1} / p_i = from_light(i) / from_eye(i). The last is the camera, not hit.
         let mut ratio = 1.0;
         for i in self.s..k {
-            ratio *= self.from_light(i) * roulette.survival(i) / (self.from_eye(i) * roulette.survival(k - i));
+            ratio *= self.pdf_from_light(i) * roulette.survival(i) / (self.pdf_from_eye(i) * roulette.survival(k - i));
             if ratio == 0.0 {
                 break;
             }
@@ -238,7 +238,7 @@ impl Joint<'_> {
         // Fewer.
         let mut ratio = 1.0;
         for i in (0..self.s).rev() {
-            ratio *= self.from_eye(i) * roulette.survival(k - i) / (self.from_light(i) * roulette.survival(i));
+            ratio *= self.pdf_from_eye(i) * roulette.survival(k - i) / (self.pdf_from_light(i) * roulette.survival(i));
             if ratio == 0.0 {
                 break;
             }

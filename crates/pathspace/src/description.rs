@@ -2,7 +2,7 @@
 
 use ergodic_geometry::Mesh;
 use ergodic_scattering::{Material, PunctualLight, Texture};
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 
 /// A mesh placed in the world with a material.
 #[derive(Clone, Debug)]
@@ -41,4 +41,20 @@ pub struct SceneDescription {
     pub lights: Vec<PunctualLight>,
     /// The cameras the file has, in world space.
     pub cameras: Vec<CameraDescription>,
+}
+
+impl SceneDescription {
+    /// The bounding box of all placed triangles; `None` without triangles.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let mut bounds: Option<(DVec3, DVec3)> = None;
+        for placement in &self.placements {
+            let Some(mesh) = self.meshes.get(placement.mesh) else { continue };
+            for index in mesh.triangles.iter().flatten() {
+                let Some(&position) = mesh.positions.get(*index as usize) else { continue };
+                let p = placement.transform.transform_point3(position);
+                bounds = Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))));
+            }
+        }
+        bounds
+    }
 }

@@ -70,7 +70,7 @@ impl Scene {
     ///
     /// No triangle, no light, a light that emits nothing, or geometry that is not finite.
     pub fn new(description: SceneDescription, view: &View) -> Result<Self, SceneError> {
-        let (low, high) = bounds(&description).ok_or(SceneError::NoTriangles)?;
+        let (low, high) = description.bounds().ok_or(SceneError::NoTriangles)?;
         let half_extent = ((high - low) * 0.5).max_element();
         if !half_extent.is_finite() || half_extent <= 0.0 {
             return Err(SceneError::NoExtent);
@@ -330,20 +330,6 @@ impl Scene {
         let (low, high) = self.world.bounds();
         (low + high) * 0.5
     }
-}
-
-/// The bounding box of all placed vertices; `None` without triangles.
-pub(crate) fn bounds(description: &SceneDescription) -> Option<(DVec3, DVec3)> {
-    let mut bounds: Option<(DVec3, DVec3)> = None;
-    for placement in &description.placements {
-        let mesh = &description.meshes[placement.mesh];
-        for index in mesh.triangles.iter().flatten() {
-            let Some(&position) = mesh.positions.get(*index as usize) else { continue };
-            let p = placement.transform.transform_point3(position);
-            bounds = Some(bounds.map_or((p, p), |(low, high)| (low.min(p), high.max(p))));
-        }
-    }
-    bounds
 }
 
 /// The rotation and translation of a transform, without scale.

@@ -33,4 +33,4 @@ pub use lambert::Lambert;
 pub use layered::{Layered, Parameters};
 pub use material::Material;
 pub use punctual::PunctualLight;
-pub use texture::{Interpolation, Texture, TextureUse, Wrap};
+pub use texture::{Interpolation, Texels, Texture, TextureUse, Wrap};

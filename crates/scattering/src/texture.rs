@@ -1,5 +1,7 @@
 //! Textures: decoded texels, wrap modes, bilinear look-up.
 
+use std::sync::{Arc, LazyLock};
+
 use ergodic_geometry::Surface;
 use glam::{DAffine2, DVec2, DVec4};
 
@@ -25,6 +27,62 @@ pub enum Interpolation {
     Nearest,
 }
 
+/// Texels as they are stored, RGBA in row order; they are read as linear numbers.
+#[derive(Clone, Debug)]
+pub enum Texels {
+    /// Colour in sRGB, alpha linear.
+    Srgb8(Arc<[[u8; 4]]>),
+    /// Linear numbers from 0 to 1.
+    Linear8(Arc<[[u8; 4]]>),
+    /// Linear numbers.
+    Float(Arc<[[f32; 4]]>),
+}
+
+/// Each byte of sRGB as a linear number (IEC 61966-2-1).
+static SRGB: LazyLock<[f64; 256]> = LazyLock::new(|| {
+    std::array::from_fn(|byte| {
+        let encoded = byte as f64 / 255.0;
+        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+    })
+});
+
+impl Texels {
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Srgb8(texels) | Self::Linear8(texels) => texels.len(),
+            Self::Float(texels) => texels.len(),
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Bytes they take.
+    pub fn bytes(&self) -> u64 {
+        let each = match self {
+            Self::Srgb8(_) | Self::Linear8(_) => 4,
+            Self::Float(_) => 16,
+        };
+        each * self.len() as u64
+    }
+
+    #[inline]
+    fn read(&self, index: usize) -> DVec4 {
+        match self {
+            Self::Srgb8(texels) => {
+                let [r, g, b, a] = texels[index];
+                let table = &*SRGB;
+                DVec4::new(table[r as usize], table[g as usize], table[b as usize], f64::from(a) / 255.0)
+            }
+            Self::Linear8(texels) => DVec4::from_array(texels[index].map(|byte| f64::from(byte) / 255.0)),
+            Self::Float(texels) => DVec4::from_array(texels[index].map(f64::from)),
+        }
+    }
+}
+
 /// An image that is read by coordinates. Row 0 is v = 0 (the top row of the image file, as glTF has it).
 #[derive(Clone, Debug)]
 pub struct Texture {
@@ -32,8 +90,8 @@ pub struct Texture {
     pub width: u32,
     /// Height in texels, at least 1.
     pub height: u32,
-    /// Linear RGBA, `width * height` entries in row order. sRGB images are decoded before they get here.
-    pub texels: Vec<[f32; 4]>,
+    /// `width * height` of them.
+    pub texels: Texels,
     /// Wrap mode along u.
     pub wrap_u: Wrap,
     /// Wrap mode along v.
@@ -78,8 +136,7 @@ impl Texture {
     fn texel(&self, x: i64, y: i64) -> DVec4 {
         let x = self.wrap_u.index(x, i64::from(self.width));
         let y = self.wrap_v.index(y, i64::from(self.height));
-        let [r, g, b, a] = self.texels[y * self.width as usize + x];
-        DVec4::new(f64::from(r), f64::from(g), f64::from(b), f64::from(a))
+        self.texels.read(y * self.width as usize + x)
     }
 
     /// The value at texture coordinates `uv`: linear RGBA. Coordinates that are not finite read as 0.
@@ -107,7 +164,7 @@ mod tests {
     use super::*;
 
     fn row(wrap: Wrap, interpolation: Interpolation) -> Texture {
-        let texels = (0..4).map(|i| [i as f32, 0.0, 0.0, 1.0]).collect();
+        let texels = Texels::Float((0..4).map(|i| [i as f32, 0.0, 0.0, 1.0]).collect());
         Texture { width: 4, height: 1, texels, wrap_u: wrap, wrap_v: wrap, interpolation }
     }
 
@@ -128,5 +185,15 @@ mod tests {
             assert_eq!(texture.lookup(DVec2::new((f64::from(i) + 0.5) / 4.0, 0.5)).x, f64::from(i));
         }
         assert_eq!(texture.lookup(DVec2::new(0.5, 0.5)).x, 1.5);
+    }
+
+    #[test]
+    fn srgb_bytes_are_decoded_and_others_are_not() {
+        let half = [188u8, 0, 255, 128];
+        let read = |texels: Texels| texels.read(0);
+        let srgb = read(Texels::Srgb8([half].into()));
+        // 188 is the byte nearest to the code of one half.
+        assert!((srgb.x - 0.5).abs() < 0.003 && srgb.y == 0.0 && srgb.z == 1.0 && srgb.w == 128.0 / 255.0);
+        assert_eq!(read(Texels::Linear8([half].into())).x, 188.0 / 255.0);
     }
 }

@@ -35,8 +35,8 @@ fn worlds() -> (World, World) {
             .map(|(i, transform)| Instance { mesh: if own { i as u32 } else { 0 }, transform })
             .collect()
     };
-    let flat = World::build(vec![mesh.clone(); transforms().len()], instances(true)).unwrap();
-    let shared = World::build(vec![mesh], instances(false)).unwrap();
+    let flat = World::build(vec![mesh.clone(); transforms().len()], instances(true)).expect("a valid world");
+    let shared = World::build(vec![mesh], instances(false)).expect("a valid world");
     (flat, shared)
 }
 

@@ -153,7 +153,7 @@ pub fn moved(mut mesh: Mesh, scale: f64, offset: DVec3) -> Mesh {
 pub fn world_of(meshes: Vec<Mesh>) -> World {
     let instances =
         (0..meshes.len()).map(|mesh| Instance { mesh: mesh as u32, transform: DAffine3::IDENTITY }).collect();
-    World::build(meshes, instances).unwrap()
+    World::build(meshes, instances).expect("a valid world")
 }
 
 /// Every triangle of a world as (instance, triangle, vertices).

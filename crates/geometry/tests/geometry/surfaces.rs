@@ -20,7 +20,7 @@ fn triangle() -> Mesh {
 }
 
 fn placed(mesh: Mesh, transform: DAffine3) -> World {
-    World::build(vec![mesh], vec![Instance { mesh: 0, transform }]).unwrap()
+    World::build(vec![mesh], vec![Instance { mesh: 0, transform }]).expect("a valid world")
 }
 
 #[test]

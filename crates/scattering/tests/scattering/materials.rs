@@ -1,13 +1,20 @@
 //! From the material's factors and textures to the scattering at a point.
 
-use ergodic_scattering::{Bsdf, Component, Interpolation, Material, Rgb, Texture, TextureUse, Wrap};
+use ergodic_scattering::{Bsdf, Component, Interpolation, Material, Rgb, Texels, Texture, TextureUse, Wrap};
 use glam::{DAffine2, DVec2, DVec3, DVec4};
 
 use crate::support::{inclined, surface};
 
 fn texture(texel: [f32; 4]) -> Texture {
     let interpolation = Interpolation::Bilinear;
-    Texture { width: 1, height: 1, texels: vec![texel], wrap_u: Wrap::Repeat, wrap_v: Wrap::Repeat, interpolation }
+    Texture {
+        width: 1,
+        height: 1,
+        texels: Texels::Float([texel].into()),
+        wrap_u: Wrap::Repeat,
+        wrap_v: Wrap::Repeat,
+        interpolation,
+    }
 }
 
 fn used(texture: usize) -> Option<TextureUse> {

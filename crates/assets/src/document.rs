@@ -1,0 +1,117 @@
+//! A parsed file with its buffers: every look-up checked, every error with its place.
+
+use std::path::{Path, PathBuf};
+
+use gltf::json::{self, Index, Root};
+
+use crate::container::Container;
+use crate::error::{Flaw, Trouble};
+use crate::{container, extensions, uri};
+
+/// The JSON of a file and the bytes its buffers hold.
+#[derive(Debug)]
+pub(crate) struct Document {
+    pub root: Root,
+    /// Whether the file has animations; they are not parsed.
+    pub animated: bool,
+    pub folder: Option<PathBuf>,
+    /// A buffer that cannot be read is an error only once something needs it.
+    buffers: Vec<Result<Vec<u8>, Flaw>>,
+}
+
+impl Document {
+    pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Self, Flaw> {
+        let Container { json, binary } = container::split(bytes)?;
+        let (root, animated) = parse_json(json)?;
+        check_version(&root)?;
+        extensions::check_required(&root)?;
+        let mut buffers = Vec::new();
+        for (i, buffer) in root.buffers.iter().enumerate() {
+            buffers.push(read_buffer(i, buffer, binary, folder));
+        }
+        Ok(Self { root, animated, folder: folder.map(Path::to_path_buf), buffers })
+    }
+
+    /// The bytes of a buffer view.
+    pub(crate) fn view(&self, index: Index<json::buffer::View>, place: &str) -> Result<&[u8], Flaw> {
+        let view = get(&self.root.buffer_views, index, "bufferViews", place)?;
+        let place = format!("bufferViews[{}]", index.value());
+        if let Some(name) = extensions::compression_of_view(view) {
+            return Err(extensions::unsupported(&place, name));
+        }
+        let buffer = self.buffers.get(view.buffer.value());
+        let buffer = buffer.ok_or_else(|| {
+            Flaw::dangling(format!("{place}.buffer"), "buffers", view.buffer.value(), self.buffers.len())
+        })?;
+        let bytes = buffer.as_ref().map_err(Clone::clone)?;
+        let start = view.byte_offset.map_or(0, |o| o.0);
+        let range = start.checked_add(view.byte_length.0).and_then(|end| {
+            let range = usize::try_from(start).ok()?..usize::try_from(end).ok()?;
+            bytes.get(range)
+        });
+        range.ok_or_else(|| {
+            let (length, total) = (view.byte_length.0, bytes.len());
+            Flaw::malformed(place, format!("takes {length} bytes from byte {start} of a buffer of {total} bytes"))
+        })
+    }
+}
+
+/// The entry of a list that an index stands for.
+pub(crate) fn get<'a, T>(list: &'a [T], index: Index<T>, what: &str, place: &str) -> Result<&'a T, Flaw> {
+    list.get(index.value()).ok_or_else(|| Flaw::dangling(place, what, index.value(), list.len()))
+}
+
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// The typed JSON, and whether it has animations.
+fn parse_json(json: &[u8]) -> Result<(Root, bool), Flaw> {
+    let json = json.strip_prefix(BYTE_ORDER_MARK).unwrap_or(json);
+    let mut tree: serde_json::Value =
+        serde_json::from_slice(json).map_err(|e| Flaw::malformed("JSON", e.to_string()))?;
+    let Some(members) = tree.as_object_mut() else {
+        return Err(Flaw::malformed("JSON", "is not an object"));
+    };
+    // What is not rendered need not be right.
+    members.remove("skins");
+    let animated = members.remove("animations").is_some();
+    let root = serde_path_to_error::deserialize(tree).map_err(|e| {
+        let place = e.path().to_string();
+        let place = if place == "." { "JSON".into() } else { place };
+        Flaw::malformed(place, e.into_inner().to_string())
+    })?;
+    Ok((root, animated))
+}
+
+fn check_version(root: &Root) -> Result<(), Flaw> {
+    let wanted = root.asset.min_version.as_ref().unwrap_or(&root.asset.version);
+    // A 2.x file promises to be readable by any 2.0 reader unless it states a minimal version.
+    let readable = match &root.asset.min_version {
+        Some(version) => version == "2.0",
+        None => wanted.split_once('.').is_some_and(|(major, minor)| {
+            major == "2" && !minor.is_empty() && minor.bytes().all(|b| b.is_ascii_digit())
+        }),
+    };
+    if readable {
+        return Ok(());
+    }
+    let problem = format!("needs glTF version {wanted:?}, but only 2.0 is read");
+    Err(Flaw::new(Trouble::Unsupported, "asset.version", problem, "Export the scene as glTF 2.0"))
+}
+
+fn read_buffer(i: usize, buffer: &json::Buffer, binary: Option<&[u8]>, folder: Option<&Path>) -> Result<Vec<u8>, Flaw> {
+    let place = format!("buffers[{i}]");
+    let mut bytes = match &buffer.uri {
+        Some(uri) => uri::resolve(uri, folder, &format!("{place}.uri"))?,
+        None => match binary {
+            Some(binary) if i == 0 => binary.to_vec(),
+            _ => return Err(Flaw::malformed(place, "has no uri, and the file has no binary chunk for it")),
+        },
+    };
+    let wanted = buffer.byte_length.0;
+    if (bytes.len() as u64) < wanted {
+        return Err(Flaw::malformed(place, format!("should have {wanted} bytes, but there are {}", bytes.len())));
+    }
+    // The bytes beyond are padding.
+    bytes.truncate(wanted as usize);
+    Ok(bytes)
+}

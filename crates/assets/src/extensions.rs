@@ -1,0 +1,76 @@
+//! Which extensions are understood, and what becomes of the others.
+
+use gltf::json::{Root, buffer};
+
+use crate::error::{Flaw, Trouble};
+use crate::warnings::Warnings;
+
+/// Extensions whose meaning reaches the picture.
+const UNDERSTOOD: [&str; 12] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "EXT_mesh_gpu_instancing",
+    "EXT_texture_webp",
+    // These do not change how a still picture looks.
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+];
+
+const DRACO: &str = "KHR_draco_mesh_compression";
+const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+/// How to get rid of an extension.
+fn mend(name: &str) -> String {
+    match name {
+        DRACO | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
+            "Export the scene without compression of its geometry".into()
+        }
+        "KHR_texture_basisu" | "MSFT_texture_dds" | "EXT_texture_avif" => {
+            "Export the scene with PNG, JPEG or WebP textures".into()
+        }
+        _ => format!("Export the scene without {name}"),
+    }
+}
+
+/// The error of needing `name`.
+pub(crate) fn unsupported(place: &str, name: &str) -> Flaw {
+    Flaw::new(Trouble::Unsupported, place, format!("needs {name}, which is not supported"), mend(name))
+}
+
+/// An extension that a file requires and that is not understood is an error.
+pub(crate) fn check_required(root: &Root) -> Result<(), Flaw> {
+    let unknown = root.extensions_required.iter().find(|name| !UNDERSTOOD.contains(&name.as_str()));
+    unknown.map_or(Ok(()), |name| Err(unsupported("extensionsRequired", name)))
+}
+
+/// Names the extensions that a file uses and that are ignored.
+pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
+    for name in &root.extensions_used {
+        let consequence = match name.as_str() {
+            known if UNDERSTOOD.contains(&known) => continue,
+            "KHR_materials_unlit" => "is not supported: these materials are lit like any other",
+            "KHR_materials_variants" => "is not supported: the default materials are shown",
+            "KHR_animation_pointer" => "is not supported: the scene is shown at rest",
+            "KHR_materials_pbrSpecularGlossiness" => "is not supported: the metallic-roughness values are used",
+            _ => "is not supported and has no effect",
+        };
+        warnings.note(name, "extensionsUsed", consequence);
+    }
+}
+
+/// The compression a buffer view's bytes are stored with, if any.
+pub(crate) fn compression_of_view(view: &buffer::View) -> Option<&'static str> {
+    let others = &view.extensions.as_ref()?.others;
+    MESHOPT.into_iter().find(|name| others.contains_key(*name))
+}
+
+/// The compression a primitive's geometry is stored with, if any.
+pub(crate) fn compression_of_primitive(primitive: &gltf::json::mesh::Primitive) -> Option<&'static str> {
+    primitive.extensions.as_ref()?.others.contains_key(DRACO).then_some(DRACO)
+}

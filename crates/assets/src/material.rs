@@ -1,0 +1,173 @@
+//! glTF materials with their extensions.
+
+use ergodic_scattering::{Material, Rgb, TextureUse};
+use gltf::json;
+use gltf::json::material::AlphaMode;
+use gltf::json::texture::Info;
+use gltf::json::validation::Checked;
+
+use crate::document::Document;
+use crate::error::Flaw;
+use crate::texture::{Encoding, Reference, Textures};
+use crate::warnings::Warnings;
+
+/// Least attenuation colour: a channel of 0 would absorb everything over any distance.
+const LEAST_ATTENUATION: f64 = 1e-6;
+
+struct Reader<'a> {
+    document: &'a Document,
+    textures: &'a mut Textures,
+    warnings: &'a mut Warnings,
+    place: String,
+}
+
+impl Reader<'_> {
+    fn texture(&mut self, info: Option<&Info>, encoding: Encoding, name: &str) -> Result<Option<TextureUse>, Flaw> {
+        let Some(info) = info else { return Ok(None) };
+        let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
+        let reference = Reference { texture: info.index, texcoord: info.tex_coord, transform, encoding };
+        self.textures.reference(self.document, &reference, &format!("{}.{name}", self.place), self.warnings)
+    }
+
+    /// A number in `[0, 1]`; what lies outside is clamped, with a warning.
+    fn share(&mut self, value: f32, name: &str) -> Result<f64, Flaw> {
+        if !value.is_finite() {
+            return Err(Flaw::malformed(format!("{}.{name}", self.place), "is not finite"));
+        }
+        if !(0.0..=1.0).contains(&value) {
+            let place = format!("{}.{name} is {value}", self.place);
+            self.warnings.note("A factor outside [0, 1]", place, "is clamped");
+        }
+        Ok(f64::from(value.clamp(0.0, 1.0)))
+    }
+
+    fn shares(&mut self, [r, g, b]: [f32; 3], name: &str) -> Result<Rgb, Flaw> {
+        Ok(Rgb::new(self.share(r, name)?, self.share(g, name)?, self.share(b, name)?))
+    }
+
+    /// A finite number that is not negative.
+    fn amount(&self, value: f32, name: &str) -> Result<f64, Flaw> {
+        if value.is_finite() && value >= 0.0 {
+            Ok(f64::from(value))
+        } else {
+            Err(Flaw::malformed(format!("{}.{name}", self.place), format!("is {value}; it cannot be negative")))
+        }
+    }
+
+    fn amounts(&self, [r, g, b]: [f32; 3], name: &str) -> Result<Rgb, Flaw> {
+        Ok(Rgb::new(self.amount(r, name)?, self.amount(g, name)?, self.amount(b, name)?))
+    }
+}
+
+/// Reads material `index` of the file.
+pub(crate) fn read(
+    document: &Document,
+    index: usize,
+    textures: &mut Textures,
+    warnings: &mut Warnings,
+) -> Result<Material, Flaw> {
+    let json = &document.root.materials[index];
+    let place = format!("materials[{index}]");
+    note_alpha(json, &place, warnings);
+    let mut reader = Reader { document, textures, warnings, place };
+    let name = json.name.clone().unwrap_or_default();
+    let mut material = Material { name, double_sided: json.double_sided, ..Material::default() };
+
+    let base = &json.pbr_metallic_roughness;
+    let [r, g, b, _] = base.base_color_factor.0;
+    material.base_color = reader.shares([r, g, b], "pbrMetallicRoughness.baseColorFactor")?;
+    material.base_color_texture =
+        reader.texture(base.base_color_texture.as_ref(), Encoding::Srgb, "pbrMetallicRoughness.baseColorTexture")?;
+    material.metallic = reader.share(base.metallic_factor.0, "pbrMetallicRoughness.metallicFactor")?;
+    material.roughness = reader.share(base.roughness_factor.0, "pbrMetallicRoughness.roughnessFactor")?;
+    material.metallic_roughness_texture = reader.texture(
+        base.metallic_roughness_texture.as_ref(),
+        Encoding::Linear,
+        "pbrMetallicRoughness.metallicRoughnessTexture",
+    )?;
+
+    if let Some(normal) = &json.normal_texture {
+        let transform = normal.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
+        let transform = transform.cloned().map(serde_json::from_value).transpose();
+        let place = format!("{}.normalTexture", reader.place);
+        let transform = transform
+            .map_err(|e| Flaw::malformed(format!("{place}.extensions.KHR_texture_transform"), e.to_string()))?;
+        let encoding = Encoding::Linear;
+        let (texture, texcoord) = (normal.index, normal.tex_coord);
+        let reference = Reference { texture, texcoord, transform: transform.as_ref(), encoding };
+        material.normal_texture = reader.textures.reference(document, &reference, &place, reader.warnings)?;
+        if !normal.scale.is_finite() {
+            return Err(Flaw::malformed(format!("{place}.scale"), "is not finite"));
+        }
+        material.normal_scale = f64::from(normal.scale);
+    }
+
+    material.emission = reader.amounts(json.emissive_factor.0, "emissiveFactor")?;
+    material.emission_texture = reader.texture(json.emissive_texture.as_ref(), Encoding::Srgb, "emissiveTexture")?;
+    if let Some(extensions) = &json.extensions {
+        read_extensions(extensions, &mut material, &mut reader)?;
+    }
+    Ok(material)
+}
+
+fn read_extensions(
+    extensions: &json::extensions::material::Material,
+    material: &mut Material,
+    reader: &mut Reader<'_>,
+) -> Result<(), Flaw> {
+    if let Some(strength) = &extensions.emissive_strength {
+        let name = "extensions.KHR_materials_emissive_strength.emissiveStrength";
+        material.emission *= reader.amount(strength.emissive_strength.0, name)?;
+    }
+    if let Some(ior) = &extensions.ior {
+        material.ior = reader.amount(ior.ior.0, "extensions.KHR_materials_ior.ior")?;
+        if material.ior > 0.0 && material.ior < 1.0 {
+            let place = format!("{}.extensions.KHR_materials_ior.ior", reader.place);
+            reader.warnings.note("An index of refraction below 1", place, "is taken as 1");
+            material.ior = 1.0;
+        }
+    }
+    if let Some(specular) = &extensions.specular {
+        let name = "extensions.KHR_materials_specular";
+        material.specular = reader.share(specular.specular_factor.0, &format!("{name}.specularFactor"))?;
+        let texture = specular.specular_texture.as_ref();
+        material.specular_texture = reader.texture(texture, Encoding::Linear, &format!("{name}.specularTexture"))?;
+        let color = specular.specular_color_factor.0;
+        material.specular_color = reader.amounts(color, &format!("{name}.specularColorFactor"))?;
+        let texture = specular.specular_color_texture.as_ref();
+        material.specular_color_texture =
+            reader.texture(texture, Encoding::Srgb, &format!("{name}.specularColorTexture"))?;
+    }
+    if let Some(transmission) = &extensions.transmission {
+        let name = "extensions.KHR_materials_transmission";
+        material.transmission =
+            reader.share(transmission.transmission_factor.0, &format!("{name}.transmissionFactor"))?;
+        let texture = transmission.transmission_texture.as_ref();
+        material.transmission_texture =
+            reader.texture(texture, Encoding::Linear, &format!("{name}.transmissionTexture"))?;
+    }
+    if let Some(volume) = &extensions.volume {
+        let name = "extensions.KHR_materials_volume";
+        // Only whether there is a thickness matters: how thick the solid is, the rays find out.
+        material.solid = reader.amount(volume.thickness_factor.0, &format!("{name}.thicknessFactor"))? > 0.0;
+        let color = reader.shares(volume.attenuation_color.0, &format!("{name}.attenuationColor"))?;
+        let distance = f64::from(volume.attenuation_distance.0);
+        // The distance is infinite where the file states none.
+        if distance.is_nan() || distance <= 0.0 {
+            let place = format!("{}.{name}.attenuationDistance", reader.place);
+            return Err(Flaw::malformed(place, format!("is {distance}; it must be greater than 0")));
+        }
+        let color = color.max(Rgb::splat(LEAST_ATTENUATION));
+        // An addition of 0 keeps a clear channel from being -0.
+        material.absorption = Rgb::new(-color.x.ln(), -color.y.ln(), -color.z.ln()) / distance + Rgb::ZERO;
+    }
+    Ok(())
+}
+
+fn note_alpha(material: &json::Material, place: &str, warnings: &mut Warnings) {
+    match material.alpha_mode {
+        Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => {}
+        Checked::Valid(AlphaMode::Mask) => warnings.note("alphaMode MASK", place, "is not supported: shown opaque"),
+        Checked::Valid(AlphaMode::Blend) => warnings.note("alphaMode BLEND", place, "is not supported: shown opaque"),
+    }
+}

@@ -1,0 +1,8 @@
+//! What files hold, and what is wrong with them.
+
+mod errors;
+mod files;
+mod geometry;
+mod hierarchy;
+mod materials;
+mod support;

@@ -1,0 +1,86 @@
+//! OpenEXR files: 32-bit RGB with attributes that say where the picture comes from.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::meta::MetaData;
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::prelude::{
+    Encoding, Image as ExrImage, Layer, LayerAttributes, ReadChannels, ReadLayers, SpecificChannels, WritableImage,
+};
+
+use crate::files::{FileError, write_whole};
+use crate::image::{Image, MAX_PIXELS};
+
+/// The first bytes of every EXR file.
+pub(crate) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// The value of an attribute in the file's header.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attribute {
+    /// A text.
+    Text(String),
+    /// A number.
+    Number(f64),
+}
+
+/// Writes a picture with attributes. Channels are R, G, B of 32 bits, compressed without loss.
+///
+/// # Errors
+///
+/// A file that cannot be written.
+pub fn write_exr(path: &Path, image: &Image, attributes: &[(&str, Attribute)]) -> Result<(), FileError> {
+    let size = (image.width as usize, image.height as usize);
+    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
+        let [r, g, b] = image.pixels[at.y() * size.0 + at.x()].map(|v| v as f32);
+        (r, g, b)
+    });
+    let mut layer_attributes = LayerAttributes::default();
+    for (name, value) in attributes {
+        let value = match value {
+            Attribute::Text(text) => AttributeValue::Text(latin(text)),
+            Attribute::Number(number) => AttributeValue::F64(*number),
+        };
+        layer_attributes.other.insert(latin(name), value);
+    }
+    let file = ExrImage::from_layer(Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels));
+    let mut bytes = Vec::new();
+    file.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
+        FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene and the config")
+    })?;
+    write_whole(path, &bytes)
+}
+
+/// The format's texts hold bytes; other characters are written as escapes.
+fn latin(text: &str) -> Text {
+    let escape = |c: char| if c.is_ascii() { c.to_string() } else { c.escape_unicode().to_string() };
+    Text::from(text.chars().map(escape).collect::<String>().as_str())
+}
+
+/// Reads the first layer that has R, G and B. The header is looked at before anything of its size is allocated.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Image, String> {
+    let broken = |e: exr::error::Error| format!("cannot be decoded: {e}");
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
+    for header in &meta.headers {
+        let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
+        if width.saturating_mul(height) > MAX_PIXELS || width > u64::from(u32::MAX) || height > u64::from(u32::MAX) {
+            return Err(format!("has {width} x {height} pixels; at most {MAX_PIXELS} are read"));
+        }
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size, _| (size.width(), vec![[0.0; 3]; size.width() * size.height()]),
+            |(width, pixels), at, (r, g, b): (f32, f32, f32)| {
+                pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
+            },
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(broken)?;
+    let size = image.layer_data.size;
+    let (_, pixels) = image.layer_data.channel_data.pixels;
+    Ok(Image { width: size.width() as u32, height: size.height() as u32, pixels })
+}

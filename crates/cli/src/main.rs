@@ -1,2 +1,43 @@
-//! x
-fn main() {}
+//! The `ergodic` command: from a scene and settings to a picture with its statistics.
+
+mod compare;
+mod config;
+mod error;
+mod inspect;
+mod options;
+mod output;
+mod override_path;
+mod progress;
+mod render;
+mod report;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use options::{Command, Options};
+
+/// What the shell is told after an error.
+const FAILED: u8 = 2;
+/// What the shell is told after an interruption that kept the picture so far.
+const INTERRUPTED: u8 = 130;
+
+fn main() -> ExitCode {
+    let outcome = match Options::parse().command {
+        Command::Render(options) => render::run(&options).map(|interrupted| if interrupted { INTERRUPTED } else { 0 }),
+        Command::Config => {
+            print!("{}", config::TEMPLATE);
+            Ok(0)
+        }
+        Command::Inspect(options) => inspect::run(&options).map(|()| 0),
+        Command::Compare(options) => compare::run(&options).map(|()| 0),
+    };
+    match outcome {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            eprint!("{}", error.report());
+            ExitCode::from(FAILED)
+        }
+    }
+}

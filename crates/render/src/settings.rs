@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Settings {
+    /// The scene's file; empty if whoever renders chooses it. Rendering itself does not read it.
+    pub scene: String,
     /// Which estimator.
     pub method: Method,
     /// Which camera: a name or an index; empty for the scene's first.
@@ -127,6 +129,7 @@ pub struct Seeding {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            scene: String::new(),
             method: Method::Mlt,
             camera: String::new(),
             size: (384, 256),

@@ -1,0 +1,162 @@
+//! `ergodic inspect`.
+
+use ergodic_assets::{Asset, load};
+use ergodic_scattering::{Material, PunctualLight};
+
+use crate::error::CliError;
+use crate::options::InspectOptions;
+use crate::table;
+
+/// Tells what is in a file.
+pub fn run(options: &InspectOptions) -> Result<(), CliError> {
+    let asset = load(&options.scene)?;
+    for line in lines(&asset) {
+        println!("{line}");
+    }
+    Ok(())
+}
+
+fn lines(asset: &Asset) -> Vec<String> {
+    let (description, summary) = (&asset.description, &asset.summary);
+    let mut lines = vec![format!("{}: glTF {}", asset.file, summary.version)];
+    let facts = [("written by", &summary.generator), ("copyright", &summary.copyright)];
+    lines.extend(facts.iter().filter_map(|(what, fact)| fact.as_ref().map(|fact| format!("  {what} {fact}"))));
+    if !summary.extensions_used.is_empty() {
+        lines.push(format!("  extensions used: {}", summary.extensions_used.join(", ")));
+    }
+    if !summary.extensions_required.is_empty() {
+        lines.push(format!("  extensions required: {}", summary.extensions_required.join(", ")));
+    }
+    let triangles: usize = description.placements.iter().map(|p| description.meshes[p.mesh].triangles.len()).sum();
+    lines.push(format!(
+        "  {} meshes, placed {} times: {} triangles in all; {} textures",
+        description.meshes.len(),
+        description.placements.len(),
+        triangles,
+        description.textures.len(),
+    ));
+    if let Some((low, high)) = description.bounds() {
+        lines.push(format!("  from {low:.4} to {high:.4}"));
+    }
+
+    section(&mut lines, "Cameras", &cameras(asset), &["number", "name", "vertical field of view", "position"]);
+    if description.cameras.is_empty() {
+        lines.push("no camera: a picture would frame the whole scene from the front".into());
+    }
+    section(&mut lines, "Lights", &lights(asset), &["kind", "radiance, intensity or irradiance", "where"]);
+    if lights(asset).is_empty() {
+        lines.push(
+            "no light: give a material an emissiveFactor, or add a light by KHR_lights_punctual; without one \
+             nothing can be rendered"
+                .into(),
+        );
+    }
+    let materials: Vec<Vec<String>> = description.materials.iter().map(material).collect();
+    section(&mut lines, "Materials", &materials, &["name", "kind", "base colour", "metallic", "roughness", "more"]);
+
+    lines.push(String::new());
+    if asset.warnings.is_empty() {
+        lines.push("Everything in the file is supported.".into());
+    } else {
+        lines.push("Not supported:".into());
+        lines.extend(asset.warnings.iter().map(|warning| format!("  {warning}")));
+    }
+    lines
+}
+
+fn section(lines: &mut Vec<String>, title: &str, rows: &[Vec<String>], head: &[&str]) {
+    lines.push(String::new());
+    if !rows.is_empty() {
+        lines.push(format!("{title}:"));
+        lines.extend(table::lines(head, rows).iter().map(|line| format!("  {line}")));
+    }
+}
+
+fn cameras(asset: &Asset) -> Vec<Vec<String>> {
+    let row = |(camera, (number, own_name)): (&ergodic_pathspace::CameraDescription, &(usize, String))| {
+        let name = if camera.name == *own_name || own_name.is_empty() {
+            camera.name.clone()
+        } else {
+            format!("{} ({own_name})", camera.name)
+        };
+        let degrees = camera.vertical_fov.to_degrees();
+        vec![number.to_string(), name, format!("{degrees:.2} degrees"), format!("{:.4}", camera.transform.translation)]
+    };
+    asset.description.cameras.iter().zip(&asset.summary.cameras).map(row).collect()
+}
+
+fn lights(asset: &Asset) -> Vec<Vec<String>> {
+    let description = &asset.description;
+    let mut rows = Vec::new();
+    for placement in &description.placements {
+        let material = &description.materials[placement.material];
+        if material.emission.max_element() > 0.0 {
+            let triangles = description.meshes[placement.mesh].triangles.len();
+            let sides = if material.double_sided { "both sides" } else { "front" };
+            rows.push(vec![
+                format!("surface, {sides}"),
+                format!("{:.4}", material.emission),
+                format!("{triangles} triangles of {:?}", material.name),
+            ]);
+        }
+    }
+    for light in &description.lights {
+        rows.push(match light {
+            PunctualLight::Point { position, intensity } => {
+                vec!["point".into(), format!("{intensity:.4}"), format!("{position:.4}")]
+            }
+            PunctualLight::Spot { position, intensity, .. } => {
+                vec!["spot".into(), format!("{intensity:.4}"), format!("{position:.4}")]
+            }
+            PunctualLight::Directional { direction, irradiance } => {
+                vec!["directional".into(), format!("{irradiance:.4}"), format!("along {direction:.4}")]
+            }
+        });
+    }
+    rows
+}
+
+fn material(material: &Material) -> Vec<String> {
+    let kind = if material.is_solid() {
+        "solid dielectric"
+    } else if material.transmission > 0.0 {
+        "thin-walled dielectric"
+    } else if material.metallic >= 1.0 && material.metallic_roughness_texture.is_none() {
+        "metal"
+    } else if material.specular == 0.0 && material.metallic == 0.0 {
+        "diffuse"
+    } else {
+        "dielectric over diffuse"
+    };
+    let textures = [
+        ("base colour", &material.base_color_texture),
+        ("metallic-roughness", &material.metallic_roughness_texture),
+        ("normal", &material.normal_texture),
+        ("emissive", &material.emission_texture),
+        ("specular", &material.specular_texture),
+        ("specular colour", &material.specular_color_texture),
+        ("transmission", &material.transmission_texture),
+    ];
+    let textures: Vec<&str> = textures.iter().filter(|(_, used)| used.is_some()).map(|(name, _)| *name).collect();
+    let mut more = Vec::new();
+    if !textures.is_empty() {
+        more.push(format!("textures: {}", textures.join(", ")));
+    }
+    if material.is_solid() || (material.ior - 1.5).abs() > 1e-6 {
+        more.push(format!("index {:.3}", material.ior));
+    }
+    if material.is_solid() && material.absorption.max_element() > 0.0 {
+        more.push(format!("absorbs {:.3}", material.absorption));
+    }
+    if material.emission.max_element() > 0.0 {
+        more.push("emits".into());
+    }
+    vec![
+        material.name.clone(),
+        kind.into(),
+        format!("{:.3}", material.base_color),
+        format!("{:.2}", material.metallic),
+        format!("{:.2}", material.roughness),
+        more.join("; "),
+    ]
+}

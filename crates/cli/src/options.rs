@@ -1,0 +1,158 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use ergodic_render::{Budget, Method};
+
+const AFTER_HELP: &str = "\
+Examples:
+  ergodic render                                     the default scene: ajar.png, ajar.exr, ajar.stats.json
+  ergodic render room.glb --size 640x360 --time 1m   Metropolis light transport for a minute
+  ergodic render room.glb --method path --samples-per-pixel 64
+  ergodic render --config scenes/ring/ring.ron --set mlt.chains=1000 -o out/ring
+  ergodic config > my.ron                            every setting, explained, to start from
+  ergodic inspect room.glb                           what a file holds, and what is not supported
+  ergodic compare out/ring.exr reference.exr         how far one picture is from another";
+
+/// Metropolis light transport in path space for glTF 2.0 scenes, after Veach.
+#[derive(Debug, Parser)]
+#[command(name = "ergodic", version, after_help = AFTER_HELP, max_term_width = 110)]
+pub struct Options {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to STEM.exr, STEM.png and STEM.stats.json
+    Render(RenderOptions),
+    /// Print the default config, every setting explained
+    Config,
+    /// Tell what is in a scene file
+    Inspect(InspectOptions),
+    /// Tell how far an image is from a reference
+    Compare(CompareOptions),
+}
+
+/// Options of `render`. They win over --set, which wins over the config, which wins over the defaults.
+#[derive(Debug, Args)]
+pub struct RenderOptions {
+    /// A .glb or .gltf file; without one, the config's, else the built-in room with the door ajar
+    pub scene: Option<PathBuf>,
+    /// Settings in RON; `ergodic config` prints all of them
+    #[arg(long, value_name = "FILE.ron")]
+    pub config: Option<PathBuf>,
+    /// path: path tracing. bidirectional: bidirectional path tracing. mlt: Metropolis light transport
+    #[arg(long, value_parser = method, value_name = "METHOD")]
+    pub method: Option<Method>,
+    /// A camera by its name or its number in the file; without it the first
+    #[arg(long, value_name = "NAME|N")]
+    pub camera: Option<String>,
+    /// Size of the picture in pixels, like 640x360
+    #[arg(long, value_parser = size, value_name = "WxH")]
+    pub size: Option<(u32, u32)>,
+    /// Stop after this time, seeding included: 30s, 5m, 1.5h, or a number of seconds
+    #[arg(long, value_parser = time, value_name = "TIME", conflicts_with = "samples_per_pixel")]
+    pub time: Option<Budget>,
+    /// Stop after this many samples a pixel; for mlt, mutations a pixel
+    #[arg(long, value_parser = samples, value_name = "N")]
+    pub samples_per_pixel: Option<Budget>,
+    /// Key of all random numbers; the same seed gives the same picture
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Worker threads, 0 for one a core; the picture does not depend on it
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Output files without their endings, like out/picture; the scene's name in this folder by default
+    #[arg(short, long, value_name = "STEM")]
+    pub output: Option<PathBuf>,
+    /// Change one setting by its path, like mlt.chains=1000 or filter='Gaussian(radius: 2, sigma: 0.5)'; may be repeated
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Brightness of the PNG in stops; without it chosen from the picture. The EXR always holds radiance
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
+    pub exposure: Option<f64>,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Options of `inspect`.
+#[derive(Debug, Args)]
+pub struct InspectOptions {
+    /// A .glb or .gltf file
+    pub scene: PathBuf,
+}
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+pub struct CompareOptions {
+    /// The image to judge: EXR, HDR, PNG, JPEG or WebP
+    pub image: PathBuf,
+    /// The image it should be like
+    pub reference: PathBuf,
+}
+
+fn method(text: &str) -> Result<Method, String> {
+    let found = Method::ALL.iter().find(|(_, name)| *name == text).map(|(method, _)| *method);
+    found.ok_or_else(|| {
+        let names: Vec<&str> = Method::ALL.iter().map(|(_, name)| *name).collect();
+        format!("there are the methods {}", names.join(", "))
+    })
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let numbers = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    match numbers {
+        Some((0, _) | (_, 0)) => Err("width and height must be at least 1".into()),
+        Some(size) => Ok(size),
+        None => Err("give width and height in pixels, like 640x360".into()),
+    }
+}
+
+fn time(text: &str) -> Result<Budget, String> {
+    let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
+    let seconds = units.iter().find_map(|(unit, seconds)| {
+        let number: f64 = text.strip_suffix(unit)?.parse().ok()?;
+        Some(number * seconds)
+    });
+    match seconds {
+        Some(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(Budget::Seconds(seconds)),
+        _ => Err("give a time greater than 0, like 30s, 5m or 1.5h".into()),
+    }
+}
+
+fn samples(text: &str) -> Result<Budget, String> {
+    match text.parse::<f64>() {
+        Ok(samples) if samples > 0.0 && samples.is_finite() => Ok(Budget::SamplesPerPixel(samples)),
+        _ => Err("give a number greater than 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn values_are_read_with_their_units() {
+        assert_eq!(size("640x360"), Ok((640, 360)));
+        assert!(size("0x360").is_err() && size("640").is_err() && size("-1x2").is_err());
+        assert_eq!(time("90"), Ok(Budget::Seconds(90.0)));
+        assert_eq!(time("1.5h"), Ok(Budget::Seconds(5400.0)));
+        assert_eq!(time("250ms"), Ok(Budget::Seconds(0.25)));
+        assert!(time("0s").is_err() && time("nans").is_err() && time("soon").is_err());
+        assert!(samples("inf").is_err() && samples("-1").is_err());
+        assert_eq!(method("bidirectional"), Ok(Method::Bidirectional));
+        assert!(method("pathh").unwrap_err().contains("path, bidirectional, mlt"));
+    }
+}

@@ -1,0 +1,117 @@
+//! `ergodic render`.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ergodic_assess::Exposure;
+use ergodic_assets::{Asset, from_bytes, load};
+use ergodic_pathspace::{Scene, View};
+use ergodic_render::{Settings, render};
+
+use crate::config;
+use crate::error::CliError;
+use crate::options::RenderOptions;
+use crate::output::Outputs;
+use crate::progress::Progress;
+use crate::report;
+
+/// The scene that is rendered when none is named.
+const BUILT_IN: &[u8] = include_bytes!("../../../scenes/ajar/scene.glb");
+const BUILT_IN_NAME: &str = "ajar";
+
+/// Renders and writes the files; true if it was interrupted.
+pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
+    let settings = settings(options)?;
+    let (asset, name) = if settings.scene.is_empty() {
+        (from_bytes(BUILT_IN, BUILT_IN_NAME)?, BUILT_IN_NAME.to_string())
+    } else {
+        (load(Path::new(&settings.scene))?, settings.scene.clone())
+    };
+    let say = |line: &str| {
+        if !options.quiet {
+            eprintln!("{line}");
+        }
+    };
+    for warning in &asset.warnings {
+        say(&format!("warning: {warning}"));
+    }
+    let aspect = f64::from(settings.size.0) / f64::from(settings.size.1);
+    let (camera, framed) = asset.camera(&settings.camera, aspect)?;
+    if framed {
+        say(&format!("{name} has no camera: it is seen from the front, framed whole"));
+    }
+    let outputs = Outputs::new(&stem(options, &settings))?;
+    let filter = settings.filter.filter();
+    let (width, height) = settings.size;
+    let view = View { camera, width, height, margin: (filter.radius() - 0.5).max(0.0) };
+    let Asset { description, file, .. } = asset;
+    let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
+
+    let unwatched = |e: std::io::Error| CliError::Said(format!("cannot watch for interruptions: {e}"));
+    let progress = Progress::new(options.quiet).map_err(unwatched)?;
+    let rendering = render(&Arc::new(scene), &settings, &progress);
+    progress.finish();
+    let rendering = rendering?;
+    let exposure = options.exposure.map_or(Exposure::Automatic, Exposure::Stops);
+    outputs.write(&name, &settings, &rendering, progress.interrupted(), exposure)?;
+    if !options.quiet {
+        for line in report::summary(&rendering) {
+            println!("{line}");
+        }
+        let paths = outputs.paths().map(|p| p.display().to_string());
+        println!("\nwrote {}", paths.join(", "));
+    }
+    if progress.interrupted() {
+        say("stopped before the budget was used up; the files hold the picture so far");
+    }
+    Ok(progress.interrupted())
+}
+
+/// Defaults, then the config, then --set, then the options.
+fn settings(options: &RenderOptions) -> Result<Settings, CliError> {
+    let mut settings = match &options.config {
+        Some(path) => config::load(path)?,
+        None => Settings::default(),
+    };
+    for assignment in &options.set {
+        settings = config::set(&settings, assignment)?;
+    }
+    if let Some(scene) = &options.scene {
+        settings.scene = scene.display().to_string();
+    }
+    if let Some(method) = options.method {
+        settings.method = method;
+    }
+    if let Some(camera) = &options.camera {
+        settings.camera.clone_from(camera);
+    }
+    if let Some(size) = options.size {
+        settings.size = size;
+    }
+    if let Some(budget) = options.time.or(options.samples_per_pixel) {
+        settings.budget = budget;
+    }
+    if let Some(seed) = options.seed {
+        settings.seed = seed;
+    }
+    if let Some(threads) = options.threads {
+        settings.threads = threads;
+    }
+    settings.validate().map_err(CliError::Said)?;
+    Ok(settings)
+}
+
+/// Where to write: what was asked for, else the name of the scene, or of its folder where that says more.
+fn stem(options: &RenderOptions, settings: &Settings) -> PathBuf {
+    if let Some(stem) = &options.output {
+        return stem.clone();
+    }
+    let path = Path::new(&settings.scene);
+    let folder = path.parent().and_then(Path::file_name);
+    let name = match path.file_stem() {
+        None => BUILT_IN_NAME.into(),
+        Some(name) if name == "scene" => folder.unwrap_or(name).to_os_string(),
+        Some(name) => name.to_os_string(),
+    };
+    PathBuf::from(name)
+}

@@ -1,0 +1,248 @@
+//! What a render did: as JSON for programs, as a table for people.
+
+use ergodic_mutations::Rejection;
+use ergodic_render::statistics::{MutationStatistics, Tally};
+use ergodic_render::{FaultRecord, MltReport, Rendering, Settings};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::progress::human_time;
+use crate::{config, table};
+
+/// The contents of STEM.stats.json.
+#[derive(Debug, Serialize)]
+pub struct Stats {
+    /// Version of the program.
+    version: &'static str,
+    /// The scene's file.
+    scene: String,
+    method: &'static str,
+    /// Whether the render was stopped before its budget was used up.
+    interrupted: bool,
+    width: u32,
+    height: u32,
+    seed: u64,
+    /// Wall time in seconds, seeding included, loading and writing not.
+    wall_seconds: f64,
+    threads: usize,
+    /// Samples, or mutations, for each pixel.
+    samples_per_pixel: f64,
+    rays: u64,
+    rays_per_second: f64,
+    /// Mean radiance of the picture, for each channel.
+    mean: [f64; 3],
+    /// Contributions that were not finite and were left out of the picture.
+    refused_splats: u64,
+    #[serde(flatten)]
+    mlt: Option<MltStats>,
+    /// All settings, in RON.
+    config: String,
+}
+
+#[derive(Debug, Serialize)]
+struct MltStats {
+    /// Over all chains.
+    mutations: u64,
+    /// Over the time spent on mutations, all threads together.
+    mutations_per_second: f64,
+    seeding_seconds: f64,
+    direct_seconds: f64,
+    mutation_seconds: f64,
+    chains: usize,
+    /// Mean luminance over the image of the paths that the chains sample.
+    b: f64,
+    b_relative_error: f64,
+    seeding_samples: u64,
+    /// Longest run of steps that a chain stayed at one path.
+    longest_stay: u64,
+    mutation_statistics: Vec<MutationStats>,
+    /// The first proposals whose densities were not numbers.
+    faults: Vec<FaultStats>,
+}
+
+#[derive(Debug, Serialize)]
+struct MutationStats {
+    name: &'static str,
+    #[serde(flatten)]
+    total: TallyStats,
+    /// By the number of edges of the path that was to be changed.
+    by_length: Map<String, Value>,
+    /// By the class of that path, such as LSDE, for paths of up to 8 edges.
+    by_class: Map<String, Value>,
+}
+
+#[derive(Debug, Serialize)]
+struct TallyStats {
+    proposed: u64,
+    /// Proposals that could not be built, by reason.
+    not_built: Map<String, Value>,
+    /// Proposals whose densities were not numbers.
+    faulty: u64,
+    accepted: u64,
+    /// Mean acceptance probability over all proposals; one that was not built counts as 0.
+    acceptance: Option<f64>,
+    /// Mean distance moved on the image by an accepted proposal, in pixels.
+    mean_jump_pixels: Option<f64>,
+    ns_per_proposal: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+struct FaultStats {
+    chain: u64,
+    step: u64,
+    mutation: String,
+    density: String,
+    class: String,
+}
+
+impl TallyStats {
+    fn new(tally: &Tally) -> Self {
+        let reasons = Rejection::ALL.iter().zip(tally.not_built).filter(|(_, count)| *count > 0);
+        Self {
+            proposed: tally.proposed,
+            not_built: reasons.map(|(reason, count)| (reason.name().to_string(), count.into())).collect(),
+            faulty: tally.faulty,
+            accepted: tally.accepted,
+            acceptance: tally.acceptance(),
+            mean_jump_pixels: tally.mean_jump_pixels(),
+            ns_per_proposal: tally.ns_per_proposal(),
+        }
+    }
+
+    fn value(tally: &Tally) -> Value {
+        serde_json::to_value(Self::new(tally)).unwrap_or_default()
+    }
+}
+
+impl MutationStats {
+    fn new(statistics: &MutationStatistics) -> Self {
+        let lengths = statistics.lengths().into_iter();
+        let classes = statistics.classes().into_iter();
+        Self {
+            name: statistics.name,
+            total: TallyStats::new(&statistics.total()),
+            by_length: lengths.map(|(length, tally)| (length.to_string(), TallyStats::value(&tally))).collect(),
+            by_class: classes.map(|(class, tally)| (class.to_string(), TallyStats::value(&tally))).collect(),
+        }
+    }
+}
+
+fn fault(record: &FaultRecord, statistics: &[MutationStatistics]) -> FaultStats {
+    FaultStats {
+        chain: record.chain,
+        step: record.step,
+        mutation: statistics.get(record.mutation).map_or_else(String::new, |s| s.name.to_string()),
+        density: format!("{:?}", record.fault),
+        class: record.class.to_string(),
+    }
+}
+
+impl MltStats {
+    fn new(report: &MltReport) -> Self {
+        Self {
+            mutations: report.mutations,
+            mutations_per_second: rate(report.mutations, report.mutation_seconds),
+            seeding_seconds: report.seeding_seconds,
+            direct_seconds: report.direct_seconds,
+            mutation_seconds: report.mutation_seconds,
+            chains: report.chains,
+            b: report.b,
+            b_relative_error: report.b_relative_error,
+            seeding_samples: report.seeding_samples,
+            longest_stay: report.longest_stay,
+            mutation_statistics: report.statistics.iter().map(MutationStats::new).collect(),
+            faults: report.faults.iter().map(|record| fault(record, &report.statistics)).collect(),
+        }
+    }
+}
+
+fn rate(count: u64, seconds: f64) -> f64 {
+    if seconds > 0.0 { count as f64 / seconds } else { 0.0 }
+}
+
+impl Stats {
+    /// The facts of a render.
+    pub fn new(scene: &str, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: scene.into(),
+            method: settings.method.name(),
+            interrupted,
+            width: settings.size.0,
+            height: settings.size.1,
+            seed: settings.seed,
+            wall_seconds: rendering.seconds,
+            threads: rendering.threads,
+            samples_per_pixel: rendering.samples_per_pixel,
+            rays: rendering.rays,
+            rays_per_second: rate(rendering.rays, rendering.seconds),
+            mean: rendering.picture.mean().to_array(),
+            refused_splats: rendering.refused,
+            mlt: rendering.mlt.as_ref().map(MltStats::new),
+            config: config::to_ron(settings),
+        }
+    }
+
+    /// As JSON.
+    pub fn to_json(&self) -> Result<Vec<u8>, serde_json::Error> {
+        serde_json::to_vec_pretty(self)
+    }
+}
+
+/// What people want to know first.
+pub fn summary(rendering: &Rendering) -> Vec<String> {
+    let [r, g, b] = rendering.picture.mean().to_array();
+    let mut lines = vec![format!(
+        "{} in {}: {} {} a pixel, {} rays/s on {} {}, mean radiance {r:.4} {g:.4} {b:.4}",
+        rendering.method.name(),
+        human_time(rendering.seconds),
+        table::count(rendering.samples_per_pixel),
+        if rendering.mlt.is_some() { "mutations" } else { "samples" },
+        table::count(rate(rendering.rays, rendering.seconds)),
+        rendering.threads,
+        if rendering.threads == 1 { "thread" } else { "threads" },
+    )];
+    if let Some(report) = &rendering.mlt {
+        lines.push(format!(
+            "b = {:.5} +- {:.2} % from {} samples in {}; {} mutations/s in {} chains",
+            report.b,
+            report.b_relative_error * 100.0,
+            table::count(report.seeding_samples as f64),
+            human_time(report.seeding_seconds),
+            table::count(rate(report.mutations, report.mutation_seconds)),
+            report.chains,
+        ));
+        lines.push(String::new());
+        lines.extend(mutation_table(report));
+    }
+    if rendering.refused > 0 {
+        lines.push(format!("{} contributions were not finite and were left out", rendering.refused));
+    }
+    lines
+}
+
+fn mutation_table(report: &MltReport) -> Vec<String> {
+    let row = |statistics: &MutationStatistics| {
+        let tally = statistics.total();
+        let share = |n: u64| n as f64 / tally.proposed.max(1) as f64;
+        let unbuilt: u64 = tally.not_built.iter().sum();
+        let mut reasons: Vec<_> = Rejection::ALL.iter().zip(tally.not_built).filter(|(_, n)| *n > 0).collect();
+        reasons.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        let reasons =
+            reasons.iter().take(2).map(|(reason, n)| format!("{} {}", reason.name(), table::percent(share(*n))));
+        let or_none = |value: Option<f64>, digits: usize| value.map_or("-".into(), |v| format!("{v:.digits$}"));
+        vec![
+            statistics.name.to_string(),
+            table::count(tally.proposed as f64),
+            table::percent(share(tally.proposed - unbuilt)),
+            tally.acceptance().map_or("-".into(), table::percent),
+            or_none(tally.mean_jump_pixels(), 1),
+            or_none(tally.ns_per_proposal(), 0),
+            tally.faulty.to_string(),
+            reasons.collect::<Vec<_>>().join(", "),
+        ]
+    };
+    let rows: Vec<Vec<String>> = report.statistics.iter().map(row).collect();
+    let head = ["mutation", "proposed", "built", "accepted", "jump px", "ns", "faulty", "not built because"];
+    table::lines(&head, &rows)
+}

@@ -224,7 +224,7 @@ fn fault_drift(
 ) -> f64 {
     let space = space(scene, SIZE, LENGTHS);
     let kernels = [Faulty { inner: mixture(members), ln_factor }];
-    let z = largest(&drifts(&space, &kernels, 60_000, 29)[0]);
+    let z = largest(&drifts(&space, &kernels, 120_000, 29)[0]);
     println!("{scene}: max |t| = {z:.1}");
     z
 }

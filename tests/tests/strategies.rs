@@ -50,7 +50,7 @@ fn every_connection_agrees_with_the_path_seen_from_outside() {
     for name in SCENES {
         let space = space(name, (32, 32), LENGTHS);
         for roulette in [Roulette::OFF, Roulette { start: 3, survival: 0.6 }] {
-            let (checked, estimate, weight) = check_connections(&space, roulette, 11, 3000);
+            let (checked, estimate, weight) = check_connections(&space, roulette, 11, 6000);
             println!("{name}: {checked} connections, estimate {estimate:.1e}, weight {weight:.1e}");
             assert!(checked > 1000, "{name}: only {checked} connections");
             assert!(estimate < 1e-6, "{name}: estimate and f / p differ by {estimate}");
@@ -128,7 +128,7 @@ fn a_strategy_with_a_wrong_density_is_caught() {
     let space = space("cornell", (32, 32), Lengths { min_edges: 2, max_edges: 2 });
     let mut sampler = BidirectionalSampler::new(space.lengths, Roulette::OFF);
     let mut rng = stream(6, Purpose::Bidirectional, 4);
-    let n = 200_000;
+    let n = 500_000;
     let mut sums = [(0.0f64, 0.0f64); 3];
     for _ in 0..n {
         sampler.sample(&space.scene, &mut rng, |_, c| {

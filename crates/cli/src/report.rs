@@ -234,7 +234,7 @@ fn mutation_table(report: &MltReport) -> Vec<String> {
         vec![
             statistics.name.to_string(),
             table::count(tally.proposed as f64),
-            table::percent(share(tally.proposed - unbuilt)),
+            if tally.proposed > 0 { table::percent(share(tally.proposed - unbuilt)) } else { "-".into() },
             tally.acceptance().map_or("-".into(), table::percent),
             or_none(tally.mean_jump_pixels(), 1),
             or_none(tally.ns_per_proposal(), 0),

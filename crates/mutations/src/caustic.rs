@@ -83,11 +83,15 @@ impl Mutation for Caustic {
         let scene = &*space.scene;
         let start = Self::start(x).ok_or(Rejection::WrongComponent)?;
         let k = x.length();
-        let mut w = self.range(space, x, start).turn(x.edges[start].direction, rng);
+        let range = self.range(space, x, start);
+        let mut w = range.turn(x.edges[start].direction, rng);
         copy_path(x, y);
         for i in start + 1..k {
             y.vertices[i] = trace(scene, &y.vertices[i - 1], w)?;
             y.edges[i - 1] = Edge::new(scene, &y.vertices[i - 1], &y.vertices[i]);
+            if i == start + 1 && !range.allows_turn(x.edges[start].direction, y.edges[start].direction) {
+                return Err(Rejection::OutOfRange);
+            }
             if i + 1 < k {
                 let from_light = -y.edges[i - 1].direction;
                 w = follow(&mut y.vertices[i], from_light, x.vertices[i].component)?;

@@ -40,6 +40,12 @@ impl EyeSide {
         for i in (start..k).rev() {
             y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
             y.edges[i] = Edge::new(scene, &y.vertices[i], &y.vertices[i + 1]);
+            if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
+                let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
+                if !turn.allows_turn(-x.edges[i].direction, -y.edges[i].direction) {
+                    return Err(Rejection::OutOfRange);
+                }
+            }
             if i == start {
                 break;
             }

@@ -52,6 +52,12 @@ impl JumpRange {
         (frame.t * (sin * cos_phi) + frame.b * (sin * sin_phi) + w * cos).normalize()
     }
 
+    /// Whether a direction is turned against another by an angle of the range.
+    pub(crate) fn allows_turn(&self, from: DVec3, to: DVec3) -> bool {
+        let theta = angle_between(from, to);
+        self.contains(theta) && theta < PI
+    }
+
     /// Density of a turned direction per solid angle: 1 / (2π θ sin θ ln(θ₂/θ₁)).
     pub(crate) fn pdf_solid_angle(&self, from: DVec3, to: DVec3) -> f64 {
         let theta = angle_between(from, to);

@@ -28,11 +28,14 @@ pub enum Rejection {
     Absorbed,
     /// No length that could be inserted is allowed.
     NoLength,
+    /// The turn, measured between the vertices, lies just outside the range it was drawn from: rays leave surfaces a little
+    /// way out, so that over a very short edge the direction to the next vertex is not quite the one drawn.
+    OutOfRange,
 }
 
 impl Rejection {
     /// All reasons, in the order in which tables show them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Escaped,
         Self::OffFilm,
         Self::WrongComponent,
@@ -41,6 +44,7 @@ impl Rejection {
         Self::NoEmitter,
         Self::Absorbed,
         Self::NoLength,
+        Self::OutOfRange,
     ];
 
     /// A name for tables and files.
@@ -54,6 +58,7 @@ impl Rejection {
             Self::NoEmitter => "no_emitter",
             Self::Absorbed => "absorbed",
             Self::NoLength => "no_length",
+            Self::OutOfRange => "out_of_range",
         }
     }
 }

@@ -162,7 +162,8 @@ pub fn water_body(half: f64, bottom: f64, steps: u32, height: impl Fn(f64, f64) 
         }
     }
     // One strip a side, top edge shared in position with the surface; (i, j) runs so that the outside is to the right.
-    let sides: [(fn(u32, u32) -> (u32, u32), DVec3); 4] = [
+    type Edge = fn(u32, u32) -> (u32, u32);
+    let sides: [(Edge, DVec3); 4] = [
         (|k, n| (k, n), DVec3::Z),
         (|k, n| (n, n - k), DVec3::X),
         (|k, n| (n - k, 0), DVec3::NEG_Z),

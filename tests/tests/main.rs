@@ -3,3 +3,4 @@
 mod mutation_laws;
 mod rendering;
 mod strategies;
+mod units;

@@ -22,7 +22,7 @@ fn members() -> Vec<AnyMutation> {
 }
 
 fn mixture(members: Vec<AnyMutation>) -> Mixture<AnyMutation> {
-    Mixture::new(members.into_iter().map(|m| (1.0, m)).collect()).unwrap()
+    Mixture::new(members.into_iter().map(|m| (1.0, m)).collect()).expect("weights are positive")
 }
 
 /// ln C of a path from its points alone.
@@ -93,7 +93,7 @@ fn functions(space: &PathSpace, x: &Path, out: &mut [f64; FUNCTIONS]) {
     out.fill(0.0);
     let k = x.length();
     let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
-    let r = raster(&space.scene, x).unwrap();
+    let r = raster(&space.scene, x).expect("paths of the space meet the image");
     let cell = |v: f64, n: f64| ((v / n * 4.0) as usize).min(3);
     out[cell(r.y, height) * 4 + cell(r.x, width)] = 1.0;
     if k <= 6 {
@@ -193,10 +193,13 @@ fn one_step_leaves_the_target_invariant_in_pool() {
     check_invariance("pool", 150_000);
 }
 
+/// What a fault multiplies a density by: the logarithm, of the space, both paths and the plan.
+type LnFactor<'a> = &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64;
+
 /// A kernel with a planted fault: its density is changed by a factor.
 struct Faulty<'a> {
     inner: Mixture<AnyMutation>,
-    ln_factor: &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64,
+    ln_factor: LnFactor<'a>,
 }
 
 impl Mutation for Faulty<'_> {
@@ -220,12 +223,7 @@ impl Mutation for Faulty<'_> {
     }
 }
 
-fn fault_drift(
-    scene: &str,
-    members: Vec<AnyMutation>,
-    samples: usize,
-    ln_factor: &dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64,
-) -> f64 {
+fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor: LnFactor<'_>) -> f64 {
     // Short paths only: longer ones come with weights so uneven that they hide what these show.
     let space = space(scene, SIZE, Lengths { min_edges: 1, max_edges: 5 });
     let kernels = [Faulty { inner: mixture(members), ln_factor }];

@@ -97,7 +97,7 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
 
 /// Mean luminance of the blocks of a picture, 4 x 4 of them.
 fn blocks(scene: &Arc<Scene>, settings: &Settings) -> Vec<f64> {
-    let picture = render(scene, settings, &Unobserved).unwrap().picture;
+    let picture = render(scene, settings, &Unobserved).expect("valid settings").picture;
     let (width, height) = (picture.width as usize, picture.height as usize);
     let mut sums = vec![0.0; 17];
     for (i, pixel) in picture.pixels.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The film: sums of splats in f64, and the picture they make.
 
-use ergodic_scattering::{Filter, Rgb};
+use ergodic_scattering::{Filter, FilterKernel, Rgb};
 use glam::DVec2;
 
 /// A picture under way. Sums are f64, so that a billion splats on one pixel lose nothing that shows.
@@ -8,7 +8,9 @@ use glam::DVec2;
 pub struct Film {
     width: u32,
     height: u32,
-    filter: Filter,
+    kernel: FilterKernel,
+    /// Half the width of the filter in pixels.
+    radius: f64,
     sums: Vec<Rgb>,
     refused: u64,
 }
@@ -17,7 +19,7 @@ impl Film {
     /// A black film.
     pub fn new(width: u32, height: u32, filter: Filter) -> Self {
         let sums = vec![Rgb::ZERO; width as usize * height as usize];
-        Self { width, height, filter, sums, refused: 0 }
+        Self { width, height, kernel: filter.kernel(), radius: filter.radius(), sums, refused: 0 }
     }
 
     /// Adds `color` at the raster point, spread over the pixels by the reconstruction filter.
@@ -29,19 +31,19 @@ impl Film {
             self.refused += 1;
             return;
         }
-        match self.filter {
-            Filter::Box => {
+        match self.kernel {
+            FilterKernel::Box => {
                 let (x, y) = (raster.x.floor(), raster.y.floor());
                 if x >= 0.0 && y >= 0.0 && x < f64::from(self.width) && y < f64::from(self.height) {
                     self.sums[y as usize * self.width as usize + x as usize] += color;
                 }
             }
-            filter => self.splat_wide(filter, raster, color),
+            FilterKernel::Gaussian { .. } => self.splat_wide(raster, color),
         }
     }
 
-    fn splat_wide(&mut self, filter: Filter, raster: DVec2, color: Rgb) {
-        let radius = filter.radius();
+    fn splat_wide(&mut self, raster: DVec2, color: Rgb) {
+        let radius = self.radius;
         // Pixel i has its centre at i + 1/2.
         let range = |at: f64, size: u32| {
             let low = (at - radius - 0.5).ceil().max(0.0) as u32;
@@ -51,9 +53,10 @@ impl Film {
         let (x0, x1) = range(raster.x, self.width);
         let (y0, y1) = range(raster.y, self.height);
         for y in y0..y1 {
+            let of_row = color * self.kernel.weight_along(raster.y - f64::from(y) - 0.5);
             for x in x0..x1 {
-                let weight = filter.weight(raster.x - f64::from(x) - 0.5, raster.y - f64::from(y) - 0.5);
-                self.sums[y as usize * self.width as usize + x as usize] += color * weight;
+                let weight = self.kernel.weight_along(raster.x - f64::from(x) - 0.5);
+                self.sums[y as usize * self.width as usize + x as usize] += of_row * weight;
             }
         }
     }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
-use crate::observer::{Observer, Stage, Unobserved};
+use crate::observer::{Observer, Stage, Unobserved, Until};
 use crate::sampling::sample_image;
 use crate::seeding::Seeds;
 use crate::statistics::MutationStatistics;
@@ -19,6 +19,10 @@ use crate::{Budget, Direct, Film, Picture, Settings, batches};
 
 /// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
 const ROUND: u64 = 256;
+
+/// Greatest shares of a budget of time that seeding and direct light take.
+const SEEDING_SHARE: f64 = 0.25;
+const DIRECT_SHARE: f64 = 0.25;
 
 /// Paths of more than this many edges are indirect.
 const DIRECT_EDGES: usize = 2;
@@ -82,8 +86,18 @@ where
     let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
 
+    // With a budget of time, what comes before the chains may take a part of it only.
+    let until = |share: f64| {
+        let deadline = match settings.budget {
+            Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share).ok().map(|part| start + part),
+            Budget::SamplesPerPixel(_) => None,
+        };
+        Until { observer, deadline }
+    };
+
     let seeding_start = Instant::now();
-    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, observer);
+    let watch = until(SEEDING_SHARE);
+    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &watch);
     let starts = seeds.starts(scene, settings.mlt.chains);
     let seeding_seconds = seeding_start.elapsed().as_secs_f64();
 
@@ -100,7 +114,7 @@ where
             filter,
             Budget::SamplesPerPixel(f64::from(samples_per_pixel)),
             (settings.seed, Purpose::Direct),
-            (Stage::Direct, observer),
+            (Stage::Direct, &until(SEEDING_SHARE + DIRECT_SHARE)),
         );
         picture.add(&sampled.picture(scene));
         rays += sampled.rays;

@@ -71,18 +71,21 @@ impl FilterKernel {
     /// The weight in 1/pixel^2 at the offset (`dx`, `dy`) of a sample from a pixel's centre.
     #[inline]
     pub fn weight(&self, dx: f64, dy: f64) -> f64 {
+        self.weight_along(dx) * self.weight_along(dy)
+    }
+
+    /// The factor of [`Self::weight`] in 1/pixel for the offset along one axis: filters are separable.
+    #[inline]
+    pub fn weight_along(&self, d: f64) -> f64 {
         match *self {
             // Half open, so that every raster point belongs to one pixel.
-            Self::Box => {
-                let inside = |d: f64| (-0.5..0.5).contains(&d);
-                if inside(dx) && inside(dy) { 1.0 } else { 0.0 }
-            }
+            Self::Box => f64::from(u8::from((-0.5..0.5).contains(&d))),
             Self::Gaussian { radius, exponent, edge, normalisation } => {
-                if dx.abs() >= radius || dy.abs() >= radius {
-                    return 0.0;
+                if d.abs() < radius {
+                    ((exponent * d * d).exp() - edge) * normalisation
+                } else {
+                    0.0
                 }
-                let along = |d: f64| ((exponent * d * d).exp() - edge) * normalisation;
-                along(dx) * along(dy)
             }
         }
     }

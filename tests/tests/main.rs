@@ -4,3 +4,4 @@ mod mutation_laws;
 mod rendering;
 mod strategies;
 mod units;
+mod volume_laws;

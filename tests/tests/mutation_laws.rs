@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use ergodic_geometry::Anchor;
-use ergodic_laws::Invariance;
+use ergodic_laws::{Flow, FlowVerdict, Invariance};
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
 use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
 use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution, raster};
@@ -112,12 +112,20 @@ fn functions(space: &PathSpace, x: &Path, out: &mut [f64; FUNCTIONS]) {
     out[31] = f64::from(u8::from(matches!(x.vertices[0].kind, Kind::Surface))) * (first.z + x.edges[0].direction.y);
 }
 
-/// The invariance law (T3) of several kernels, from the same exact weighted samples.
-fn drifts<M>(space: &PathSpace, kernels: &[M], samples: usize, seed: u64) -> Vec<Invariance>
+/// The cell of a path for the flow law: a quarter of the image, and whether the path is short. Few cells, because the law
+/// takes z for normal, which needs many moves both ways between any two.
+fn cell(x: &Path, h: &[f64; FUNCTIONS]) -> usize {
+    let on_image = h[..16].iter().position(|v| *v > 0.0).unwrap_or(0);
+    let (row, column) = (on_image / 4, on_image % 4);
+    (row / 2 * 2 + column / 2) * 2 + usize::from(x.length() > 3)
+}
+
+/// The invariance law and the flow law of several kernels, from the same exact weighted samples.
+fn drifts<M>(space: &PathSpace, kernels: &[M], samples: usize, seed: u64) -> Vec<(Invariance, Flow)>
 where
     M: Mutation<Space = PathSpace, State = Path>,
 {
-    let mut laws = vec![Invariance::new(FUNCTIONS); kernels.len()];
+    let mut laws = vec![(Invariance::new(FUNCTIONS), Flow::new()); kernels.len()];
     let mut source = PathSource::new(space);
     let mut rng = stream(seed, Purpose::Chain, 2);
     let mut x = Path::default();
@@ -126,7 +134,7 @@ where
     for _ in 0..samples {
         let Some(weight) = source.draw(&mut x, &mut rng) else { continue };
         functions(space, &x, &mut hx);
-        for (kernel, law) in kernels.iter().zip(&mut laws) {
+        for (kernel, (law, flow)) in kernels.iter().zip(&mut laws) {
             if kernel.suitability(space, &x) == 0.0 {
                 law.record_stay();
                 continue;
@@ -141,6 +149,7 @@ where
                     let y = if accepted { chain.current().0 } else { chain.other().0 };
                     functions(space, y, &mut hy);
                     law.record(weight, acceptance, &hx, &hy);
+                    flow.record(weight * acceptance, cell(&x, &hx), cell(y, &hy));
                 }
             }
         }
@@ -159,7 +168,7 @@ fn check_invariance(name: &str, samples: usize) {
     let mut kernels: Vec<Mixture<AnyMutation>> = members().into_iter().map(|m| mixture(vec![m])).collect();
     kernels.push(mixture(members()));
     let found = drifts(&space, &kernels, samples, 23);
-    for (kernel, law) in kernels.iter().zip(&found) {
+    for (kernel, (law, flow)) in kernels.iter().zip(&found) {
         let names: Vec<_> = kernel.members().iter().map(|(_, m)| m.name()).collect();
         let (steps, moves, faults) = law.counts();
         if moves == 0 && faults == 0 {
@@ -168,8 +177,13 @@ fn check_invariance(name: &str, samples: usize) {
             continue;
         }
         let verdict = law.verdict(ALPHA);
-        println!("{name} {names:?}: max |t| = {:.2} of {:.2}, {moves} moves", verdict.max_t, verdict.limit);
+        let balance = flow.verdict();
+        println!(
+            "{name} {names:?}: max |t| = {:.2} of {:.2}, Q = {:.0} of {:.0}, {moves} moves",
+            verdict.max_t, verdict.limit, balance.q, balance.limit
+        );
         assert!(verdict.holds, "{name} {names:?}: {verdict:?}, {:?}", law.t());
+        assert!(balance.holds || balance.dof == 0, "{name} {names:?}: {balance:?}");
     }
 }
 
@@ -223,19 +237,21 @@ impl Mutation for Faulty<'_> {
     }
 }
 
-fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor: LnFactor<'_>) -> f64 {
+fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor: LnFactor<'_>) -> (f64, FlowVerdict) {
     // Short paths only: longer ones come with weights so uneven that they hide what these show.
     let space = space(scene, SIZE, Lengths { min_edges: 1, max_edges: 5 });
     let kernels = [Faulty { inner: mixture(members), ln_factor }];
-    let z = drifts(&space, &kernels, samples, 29)[0].verdict(ALPHA).max_t;
+    let (law, flow) = &drifts(&space, &kernels, samples, 29)[0];
+    let (z, balance) = (law.verdict(ALPHA).max_t, flow.verdict());
+    println!("{scene}: Q = {:.0} of {:.0}", balance.q, balance.limit);
     println!("{scene}: max |t| = {z:.1}");
-    z
+    (z, balance)
 }
 
 #[test]
 fn a_forgotten_choice_probability_is_caught() {
     let all = mixture(members());
-    let z = fault_drift("cornell", members(), 100_000, &|space, from, _, (index, _)| {
+    let (z, _) = fault_drift("cornell", members(), 100_000, &|space, from, _, (index, _)| {
         -all.probability(index, space, from).ln()
     });
     assert!(z > CAUGHT, "z = {z}");
@@ -244,23 +260,24 @@ fn a_forgotten_choice_probability_is_caught() {
 #[test]
 fn a_probability_read_from_the_wrong_path_is_caught() {
     let all = mixture(members());
-    let z = fault_drift("cornell", members(), 100_000, &|space, from, to, (index, _)| {
+    let (z, balance) = fault_drift("cornell", members(), 100_000, &|space, from, to, (index, _)| {
         all.probability(index, space, to).ln() - all.probability(index, space, from).ln()
     });
-    assert!(z > CAUGHT, "z = {z}");
+    assert!(z > CAUGHT && !balance.holds, "z = {z}, {balance:?}");
 }
 
 #[test]
 fn a_lost_jacobian_is_caught() {
     // The step from solid angle to area at the vertex that the lens perturbation connects.
-    let z = fault_drift("cornell", vec![AnyMutation::Lens(Lens::default())], 100_000, &|_, _, to, (_, plan)| {
+    let (z, _) = fault_drift("cornell", vec![AnyMutation::Lens(Lens::default())], 100_000, &|_, _, to, (_, plan)| {
         -to.edges[plan.prefix].to_light_side.ln()
     });
     assert!(z > CAUGHT, "z = {z}");
     // The same of the caustic perturbation.
-    let z = fault_drift("cornell", vec![AnyMutation::Caustic(Caustic::default())], 100_000, &|_, _, to, (_, plan)| {
-        -to.edges[plan.prefix - 1].to_eye_side.ln()
-    });
+    let (z, _) =
+        fault_drift("cornell", vec![AnyMutation::Caustic(Caustic::default())], 100_000, &|_, _, to, (_, plan)| {
+            -to.edges[plan.prefix - 1].to_eye_side.ln()
+        });
     assert!(z > CAUGHT, "z = {z}");
 }
 
@@ -274,7 +291,7 @@ fn a_missing_eta_squared_is_caught() {
             let refractions = to.vertices[changed].iter().filter(|v| v.component == Component::DiracTransmission);
             -refractions.map(|v| v.interaction.index_below().ln()).sum::<f64>()
         });
-    assert!(z > CAUGHT, "z = {z}");
+    assert!(z > CAUGHT && !balance.holds, "z = {z}, {balance:?}");
 }
 
 /// The caustic perturbation with the range of angles not recomputed for the way back: where the true density is 0 because
@@ -328,8 +345,8 @@ fn wide() -> Caustic {
 #[test]
 fn a_range_of_angles_that_is_not_recomputed_is_caught() {
     let space = space("cornell", SIZE, LENGTHS);
-    let right = drifts(&space, &[narrow()], 150_000, 31)[0].verdict(ALPHA);
-    let wrong = drifts(&space, &[StaleRange], 150_000, 31)[0].verdict(ALPHA);
+    let right = drifts(&space, &[narrow()], 150_000, 31)[0].0.verdict(ALPHA);
+    let wrong = drifts(&space, &[StaleRange], 150_000, 31)[0].0.verdict(ALPHA);
     println!("right {:.1}, wrong {:.1}", right.max_t, wrong.max_t);
     assert!(right.holds, "{right:?}");
     assert!(wrong.max_t > CAUGHT, "{wrong:?}");

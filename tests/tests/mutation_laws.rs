@@ -285,7 +285,7 @@ fn a_lost_jacobian_is_caught() {
 fn a_missing_eta_squared_is_caught() {
     // The bidirectional mutation's new Dirac transmissions without n²: the product over the way in and the way out of a solid.
     // Few mutations change the number of refractions, hence the many samples.
-    let z =
+    let (z, balance) =
         fault_drift("glass", vec![AnyMutation::Bidirectional(Bidirectional {})], 1_000_000, &|_, _, to, (_, plan)| {
             let changed = plan.prefix.max(1)..to.vertices.len() - plan.suffix;
             let refractions = to.vertices[changed].iter().filter(|v| v.component == Component::DiracTransmission);

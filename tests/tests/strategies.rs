@@ -108,10 +108,10 @@ fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) ->
     }
     let n = f64::from(samples);
     let mut worst = 0.0f64;
-    for k in space.lengths.min_edges.max(2)..=longest {
+    for (k, by_s) in sums.iter().enumerate().skip(space.lengths.min_edges.max(2)) {
         let estimates: Vec<(f64, f64)> = (0..=k)
             .map(|s| {
-                let (sum, squares) = sums[k][s];
+                let (sum, squares) = by_s[s];
                 let mean = sum / n;
                 println!("length {k}, s = {s}: {mean:.5} +- {:.5}", ((squares / n - mean * mean) / n).sqrt());
                 (mean, (squares / n - mean * mean) / n)

@@ -71,3 +71,8 @@ impl<'a> PathSource<'a> {
         Some(total)
     }
 }
+
+/// The examples of the README, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+struct Readme;

@@ -4,7 +4,7 @@ use ergodic_assess::{RELATIVE_EPSILON, TRIMMED_SHARE, compare, read_image};
 
 use crate::error::CliError;
 use crate::options::CompareOptions;
-use crate::table;
+use crate::{table, terminal};
 
 /// Tells how far an image is from a reference.
 pub fn run(options: &CompareOptions) -> Result<(), CliError> {
@@ -26,8 +26,6 @@ pub fn run(options: &CompareOptions) -> Result<(), CliError> {
         row("mean ratio", format!("{:.6}", c.total_mean_ratio), format!("red {r:.6}, green {g:.6}, blue {b:.6}")),
         row(flip, format!("{:.6}", c.flip), "visible difference, 0 none to 1".into()),
     ];
-    for line in table::lines(&["measure", "value", "meaning"], &rows) {
-        println!("{line}");
-    }
+    terminal::print_lines(table::lines(&["measure", "value", "meaning"], &rows));
     Ok(())
 }

@@ -5,14 +5,12 @@ use ergodic_scattering::{Material, PunctualLight};
 
 use crate::error::CliError;
 use crate::options::InspectOptions;
-use crate::table;
+use crate::{table, terminal};
 
 /// Tells what is in a file.
 pub fn run(options: &InspectOptions) -> Result<(), CliError> {
     let asset = load(&options.scene)?;
-    for line in lines(&asset) {
-        println!("{line}");
-    }
+    terminal::print_lines(lines(&asset));
     Ok(())
 }
 

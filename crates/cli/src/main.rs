@@ -11,6 +11,7 @@ mod progress;
 mod render;
 mod report;
 mod table;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -27,7 +28,7 @@ fn main() -> ExitCode {
     let outcome = match Options::parse().command {
         Command::Render(options) => render::run(&options).map(|interrupted| if interrupted { INTERRUPTED } else { 0 }),
         Command::Config => {
-            print!("{}", config::TEMPLATE);
+            terminal::print_lines(config::TEMPLATE.lines());
             Ok(0)
         }
         Command::Inspect(options) => inspect::run(&options).map(|()| 0),

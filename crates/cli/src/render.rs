@@ -13,7 +13,7 @@ use crate::error::CliError;
 use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Progress;
-use crate::report;
+use crate::{report, terminal};
 
 /// The scene that is rendered when none is named.
 const BUILT_IN: &[u8] = include_bytes!("../../../scenes/ajar/scene.glb");
@@ -55,11 +55,9 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     let exposure = options.exposure.map_or(Exposure::Automatic, Exposure::Stops);
     outputs.write(&name, &settings, &rendering, progress.interrupted(), exposure)?;
     if !options.quiet {
-        for line in report::summary(&rendering) {
-            println!("{line}");
-        }
         let paths = outputs.paths().map(|p| p.display().to_string());
-        println!("\nwrote {}", paths.join(", "));
+        let wrote = format!("wrote {}", paths.join(", "));
+        terminal::print_lines(report::summary(&rendering).into_iter().chain([String::new(), wrote]));
     }
     if progress.interrupted() {
         say("stopped before the budget was used up; the files hold the picture so far");

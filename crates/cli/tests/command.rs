@@ -302,3 +302,12 @@ fn compare_measures_pictures() {
     fs::copy(folder.0.join("a.png"), folder.0.join("c.exr")).unwrap();
     assert!(folder.run(&["compare", "a.exr", "c.exr"]).status.success(), "the bytes decide, not the name");
 }
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_trouble() {
+    let folder = Folder::new("pipe");
+    let mut child = folder.command().arg("config").stdout(std::process::Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    assert!(child.wait().unwrap().success());
+}

@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use ergodic_assets::load;
+use ergodic_geometry::Mesh;
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, PathSpace, Roulette, Scene, SceneDescription, View};
 use ergodic_scattering::luminance;
+use glam::DVec3;
 
 /// The folder of the repository.
 pub fn root() -> PathBuf {
@@ -29,6 +31,15 @@ pub fn view_of(description: SceneDescription, size: (u32, u32)) -> Arc<Scene> {
 /// A scene of the repository as a space of paths.
 pub fn space(name: &str, size: (u32, u32), lengths: Lengths) -> PathSpace {
     PathSpace { scene: view_of(description(name), size), lengths }
+}
+
+/// A parallelogram; its front is where `u`, `v` run counter-clockwise.
+pub fn quad(origin: DVec3, u: DVec3, v: DVec3) -> Mesh {
+    Mesh {
+        positions: vec![origin, origin + u, origin + u + v, origin + v],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
 }
 
 /// Paths with weights: the expectation of weight times h(path) is the integral of C h.

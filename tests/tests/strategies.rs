@@ -10,7 +10,7 @@ use ergodic_pathspace::{
 };
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Material, Rgb, luminance};
-use ergodic_tests::{PathSource, space, view_of};
+use ergodic_tests::{PathSource, quad, space, view_of};
 use glam::{DAffine3, DVec3};
 
 const SCENES: [&str; 5] = ["cornell", "ajar", "ring", "glass", "pool"];
@@ -161,11 +161,6 @@ fn coarse_ball() -> PathSpace {
             ball.triangles.extend([[a, b, a + 1], [a + 1, b, b + 1]]);
         }
     }
-    let quad = |origin: DVec3, u: DVec3, v: DVec3| Mesh {
-        positions: vec![origin, origin + u, origin + u + v, origin + v],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    };
     let floor = quad(DVec3::new(-3.0, -1.0, -3.0), DVec3::Z * 6.0, DVec3::X * 6.0);
     let lamp = quad(DVec3::new(-1.0, 2.0, -0.5), DVec3::X * 2.0, DVec3::Z * 2.0);
     let white = Material { metallic: 0.0, specular: 0.0, base_color: Rgb::splat(0.8), ..Material::default() };

@@ -6,24 +6,15 @@
 //! density counts the mirror as a vertex with its delta divided out in projected solid angle; the ratio of the two is
 //! (cos θₛ / d₁²) cos θₛ (1 / d₂²) (d₁ + d₂)².
 
-use ergodic_geometry::Mesh;
 use ergodic_metropolis::Mutation;
 use ergodic_mutations::{AnyMutation, Caustic, Lens, MultiChain, Splice};
 use ergodic_pathspace::{CameraDescription, Lengths, Path, PathSpace, Placement, SceneDescription};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, Material, Rgb};
-use ergodic_tests::{PathSource, view_of};
+use ergodic_tests::{PathSource, quad, view_of};
 use glam::{DAffine3, DMat3, DVec3};
 
 const SIZE: (u32, u32) = (64, 64);
-
-fn quad(origin: DVec3, u: DVec3, v: DVec3) -> Mesh {
-    Mesh {
-        positions: vec![origin, origin + u, origin + u + v, origin + v],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    }
-}
 
 /// A diffuse floor under a mirror, lit from the side; the camera looks up to the mirror or down to the floor.
 fn hall(length: usize, up: bool) -> PathSpace {

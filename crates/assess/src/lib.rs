@@ -1,15 +1,18 @@
 //! Pictures as files, how far one is from another, and how one is shown on a screen.
 
+mod color;
 mod compare;
 mod exr_file;
 mod files;
 mod flip;
 mod image;
+mod read;
 mod tone;
 
 pub use compare::{Comparison, RELATIVE_EPSILON, TRIMMED_SHARE, compare};
 pub use exr_file::{Attribute, write_exr};
 pub use files::{FileError, check_writable, write_whole};
 pub use flip::{flip_hdr, flip_ldr};
-pub use image::{Image, read_image};
+pub use image::Image;
+pub use read::read_image;
 pub use tone::{Exposure, write_png};

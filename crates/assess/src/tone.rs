@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::color::{luminance, srgb_encode};
 use crate::files::{FileError, write_whole};
 use crate::image::Image;
 
@@ -19,18 +20,6 @@ const SHOULDER: f64 = 0.8;
 
 /// Share of the lit pixels that automatic exposure keeps below the shoulder.
 const QUANTILE: f64 = 0.95;
-
-pub(crate) fn srgb_decode(v: f64) -> f64 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_encode(v: f64) -> f64 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
-
-pub(crate) fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
 
 /// Identity up to the shoulder, then a curve of the same slope that tends to 1.
 fn shoulder(v: f64) -> f64 {
@@ -80,6 +69,7 @@ pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), F
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::srgb_decode;
 
     #[test]
     fn srgb_goes_there_and_back_and_the_shoulder_is_smooth() {

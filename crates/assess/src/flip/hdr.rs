@@ -1,8 +1,8 @@
 //! FLIP for high dynamic range: the worst over a range of exposures.
 
 use super::flip_ldr;
+use crate::color::luminance;
 use crate::image::Image;
-use crate::tone::luminance;
 
 /// The tone curve (a x^2 + b x + c) / (d x^2 + e x + f) that approximates ACES, as the authors use it.
 const CURVE: [f64; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];

@@ -35,20 +35,26 @@ pub fn write_exr(path: &Path, image: &Image, attributes: &[(&str, Attribute)]) -
         let [r, g, b] = image.pixels[at.y() * size.0 + at.x()].map(|v| v as f32);
         (r, g, b)
     });
-    let mut layer_attributes = LayerAttributes::default();
-    for (name, value) in attributes {
-        let value = match value {
-            Attribute::Text(text) => AttributeValue::Text(latin(text)),
-            Attribute::Number(number) => AttributeValue::F64(*number),
-        };
-        layer_attributes.other.insert(latin(name), value);
-    }
-    let file = ExrImage::from_layer(Layer::new(size, layer_attributes, Encoding::SMALL_LOSSLESS, channels));
+    let layer = Layer::new(size, header_attributes(attributes), Encoding::SMALL_LOSSLESS, channels);
+    let file = ExrImage::from_layer(layer);
     let mut bytes = Vec::new();
     file.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
         FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene and the config")
     })?;
     write_whole(path, &bytes)
+}
+
+/// Attributes as the header has them.
+pub(crate) fn header_attributes(attributes: &[(&str, Attribute)]) -> LayerAttributes {
+    let mut header = LayerAttributes::default();
+    for (name, value) in attributes {
+        let value = match value {
+            Attribute::Text(text) => AttributeValue::Text(latin(text)),
+            Attribute::Number(number) => AttributeValue::F64(*number),
+        };
+        header.other.insert(latin(name), value);
+    }
+    header
 }
 
 /// The format's texts hold bytes; other characters are written as escapes.
@@ -57,9 +63,12 @@ fn latin(text: &str) -> Text {
     Text::from(text.chars().map(escape).collect::<String>().as_str())
 }
 
-/// Reads the first layer that has R, G and B. The header is looked at before anything of its size is allocated.
-pub(crate) fn decode(bytes: &[u8]) -> Result<Image, String> {
-    let broken = |e: exr::error::Error| format!("cannot be decoded: {e}");
+fn broken(error: exr::error::Error) -> String {
+    format!("cannot be decoded: {error}")
+}
+
+/// Looks at the header, so that nothing of its size is allocated if that is more than is allowed.
+pub(crate) fn check_size(bytes: &[u8]) -> Result<(), String> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(broken)?;
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
@@ -67,6 +76,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Image, String> {
             return Err(format!("has {width} x {height} pixels; at most {MAX_PIXELS} are read"));
         }
     }
+    Ok(())
+}
+
+/// Reads the first layer that has R, G and B.
+pub(crate) fn decode(bytes: &[u8]) -> Result<Image, String> {
+    check_size(bytes)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

@@ -7,6 +7,8 @@ mod files;
 mod flip;
 mod image;
 mod read;
+mod reference;
+mod replicas;
 mod tone;
 
 pub use compare::{Comparison, RELATIVE_EPSILON, TRIMMED_SHARE, compare};
@@ -15,4 +17,6 @@ pub use files::{FileError, check_writable, write_whole};
 pub use flip::{flip_hdr, flip_ldr};
 pub use image::Image;
 pub use read::read_image;
+pub use reference::{BLOCK, Reference};
+pub use replicas::{BlockTest, ReplicaTest, test_replicas};
 pub use tone::{Exposure, write_png};

@@ -1,0 +1,189 @@
+//! Whether independent replicas of an estimate agree with a reference, by statistics.
+//!
+//! A test that takes the samples of one image for independent rejects correct Markov chains, so the error of every block
+//! comes from the spread over whole replicas, each with its own seed and its own b. Two gates look at the blocks: the
+//! largest |t| (one block that is wrong) and how many exceed the 1 % point (many that are a little wrong).
+
+use ergodic_laws::{Moments, sidak, student_two_sided};
+use rand_core::Rng;
+use rand_pcg::Pcg64Dxsm;
+
+use crate::image::Image;
+use crate::reference::{BLOCK, Reference, block_grid, block_means};
+
+/// Most replicas; each has a bit of a 64-bit number.
+const MOST: usize = 64;
+
+/// How often signs are drawn for the distribution of exceedances.
+const SIGN_FLIPS: u32 = 1 << 16;
+
+/// The level whose exceedances are counted.
+const COUNTED: f64 = 0.01;
+
+/// Blocks darker than this share of the mean block are left to their brighter neighbours: too few samples fall there for t to
+/// be Student's.
+const DARK: f64 = 0.02;
+
+/// One block of an image against the reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockTest {
+    /// Column and row of its first pixel.
+    pub at: (u32, u32),
+    /// Difference over the reference's value.
+    pub relative_difference: f64,
+    /// Difference in standard errors, those of both sides together.
+    pub t: f64,
+    /// Probability of such a |t| by chance.
+    pub p: f64,
+}
+
+/// Replicas against a reference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReplicaTest {
+    /// All blocks that are bright enough.
+    pub blocks: Vec<BlockTest>,
+    /// Probability that the largest |t| of all blocks is so large by chance (Sidak).
+    pub p_largest: f64,
+    /// How many blocks lie beyond the 1 % point, and the probability of so many by chance.
+    pub exceedances: (usize, f64),
+    /// The mean of the whole image, which for Metropolis light transport is b and proves nothing about the chains: relative
+    /// difference, t and its probability.
+    pub total: (f64, f64, f64),
+}
+
+fn t_test(sample: &Moments, reference: f64, reference_variance: f64) -> (f64, f64) {
+    let n = sample.count() as f64;
+    let own = sample.variance() / n;
+    let error = (own + reference_variance).sqrt();
+    let difference = sample.mean() - reference;
+    if difference == 0.0 {
+        return (0.0, 1.0);
+    }
+    let t = difference / error;
+    // Welch and Satterthwaite; the reference has so many samples that its variance counts as known.
+    let dof = (n - 1.0) * ((own + reference_variance) / own).powi(2);
+    (t, student_two_sided(t, if dof.is_finite() { dof } else { f64::MAX.sqrt() }))
+}
+
+/// Tests replicas against a reference of the same size.
+///
+/// # Errors
+///
+/// A sentence, for fewer than two replicas or sizes that differ.
+pub fn test_replicas(replicas: &[Image], reference: &Reference) -> Result<ReplicaTest, String> {
+    let (width, height) = (reference.mean.width, reference.mean.height);
+    if replicas.len() < 2 || replicas.len() > MOST {
+        return Err(format!("there are {} replicas; give from 2 to {MOST}", replicas.len()));
+    }
+    if let Some(other) = replicas.iter().find(|r| (r.width, r.height) != (width, height)) {
+        return Err(format!(
+            "a replica has {} x {} pixels, but the reference {width} x {height}",
+            other.width, other.height
+        ));
+    }
+    let (expected, expected_total) = block_means(&reference.mean);
+    let own: Vec<(Vec<f64>, f64)> = replicas.iter().map(block_means).collect();
+    let columns = block_grid(width, height).0;
+    let mean_block = expected.iter().sum::<f64>() / expected.len() as f64;
+    let mut blocks = Vec::new();
+    let mut residuals = Vec::new();
+    for (i, (expected, variance)) in expected.iter().zip(&reference.block_variance).enumerate() {
+        if *expected < DARK * mean_block {
+            continue;
+        }
+        let values: Vec<f64> = own.iter().map(|(means, _)| means[i]).collect();
+        let sample: Moments = values.iter().copied().collect();
+        let (t, p) = t_test(&sample, *expected, *variance);
+        let at = ((i % columns) as u32 * BLOCK, (i / columns) as u32 * BLOCK);
+        blocks.push(BlockTest { at, relative_difference: sample.mean() / expected - 1.0, t, p });
+        residuals.push(values.iter().map(|v| v - sample.mean()).collect());
+    }
+    let smallest = blocks.iter().map(|b| b.p).fold(1.0, f64::min);
+    let beyond = blocks.iter().filter(|b| b.p < COUNTED).count();
+    let total: Moments = own.iter().map(|(_, total)| *total).collect();
+    let (t, p) = t_test(&total, expected_total, reference.total_variance);
+    Ok(ReplicaTest {
+        p_largest: -f64::exp_m1(blocks.len() as f64 * f64::ln_1p(-smallest.min(1.0 - f64::EPSILON))),
+        exceedances: (beyond, exceedance_probability(&residuals, beyond)),
+        total: (total.mean() / expected_total - 1.0, t, p),
+        blocks,
+    })
+}
+
+/// Probability that so many blocks exceed the 1 % point by chance.
+///
+/// Blocks of one replica are correlated: all of them scale with its b. So the count is not binomial; its distribution comes
+/// from the replicas themselves, with the sign of each one's deviations drawn anew many times.
+fn exceedance_probability(residuals: &[Vec<f64>], beyond: usize) -> f64 {
+    let Some(n) = residuals.first().map(Vec::len).filter(|_| beyond > 0) else { return 1.0 };
+    let count = n as f64;
+    let squares: Vec<f64> = residuals.iter().map(|r| r.iter().map(|v| v * v).sum()).collect();
+    let limit = student_limit(COUNTED, count - 1.0);
+    let mut rng = Pcg64Dxsm::new(0x7265_706c_6963_6173, 1);
+    let mut as_many = 1u32;
+    for _ in 0..SIGN_FLIPS {
+        let signs = rng.next_u64();
+        let exceeds = |(residuals, squares): (&Vec<f64>, &f64)| {
+            let sum: f64 = residuals.iter().enumerate().map(|(i, v)| if signs >> i & 1 == 0 { *v } else { -*v }).sum();
+            let variance = (squares - sum * sum / count) / (count - 1.0);
+            sum * sum > limit * limit * variance * count
+        };
+        as_many += u32::from(residuals.iter().zip(&squares).filter(|pair| exceeds(*pair)).count() >= beyond);
+    }
+    f64::from(as_many) / f64::from(SIGN_FLIPS + 1)
+}
+
+/// The |t| that is exceeded with probability `p`, by bisection.
+fn student_limit(p: f64, dof: f64) -> f64 {
+    let (mut low, mut high) = (0.0, 1e6);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if student_two_sided(middle, dof) > p { low = middle } else { high = middle }
+    }
+    high
+}
+
+impl ReplicaTest {
+    /// The smallest of the three probabilities.
+    pub fn p(&self) -> f64 {
+        self.p_largest.min(self.exceedances.1).min(self.total.2)
+    }
+
+    /// Whether the replicas agree with the reference, at the level `alpha` for all three gates together.
+    pub fn holds(&self, alpha: f64) -> bool {
+        self.p() >= sidak(alpha, 3)
+    }
+
+    /// The block with the largest |t|.
+    pub fn worst(&self) -> Option<&BlockTest> {
+        self.blocks.iter().max_by(|a, b| a.t.abs().total_cmp(&b.t.abs()))
+    }
+
+    /// The blocks as a picture: t of each in grey, red where the replicas are too bright, blue where too dark; full colour
+    /// at five standard errors.
+    pub fn picture(&self, width: u32, height: u32) -> Image {
+        let mut image = Image { width, height, pixels: vec![[0.0; 3]; (width * height) as usize] };
+        for block in &self.blocks {
+            let strength = (block.t.abs() / 5.0).min(1.0);
+            let grey = 0.18 * (1.0 - strength);
+            let color = if block.t > 0.0 { [grey + strength, grey, grey] } else { [grey, grey, grey + strength] };
+            for y in block.at.1..(block.at.1 + BLOCK).min(height) {
+                for x in block.at.0..(block.at.0 + BLOCK).min(width) {
+                    image.pixels[(y * width + x) as usize] = color;
+                }
+            }
+        }
+        image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_of_student_is_that_of_tables() {
+        assert!((student_limit(0.01, 10.0) - 3.169_273).abs() < 1e-5);
+        assert!((student_limit(0.01, 31.0) - 2.744_042).abs() < 1e-5);
+    }
+}

@@ -12,6 +12,7 @@ mod render;
 mod report;
 mod table;
 mod terminal;
+mod verify;
 
 use std::process::ExitCode;
 
@@ -21,6 +22,8 @@ use options::{Command, Options};
 
 /// What the shell is told after an error.
 const FAILED: u8 = 2;
+/// What the shell is told when a test against a reference fails.
+const DISAGREES: u8 = 1;
 /// What the shell is told after an interruption that kept the picture so far.
 const INTERRUPTED: u8 = 130;
 
@@ -33,6 +36,7 @@ fn main() -> ExitCode {
         }
         Command::Inspect(options) => inspect::run(&options).map(|()| 0),
         Command::Compare(options) => compare::run(&options).map(|()| 0),
+        Command::Verify(options) => verify::run(&options).map(|holds| if holds { 0 } else { DISAGREES }),
     };
     match outcome {
         Ok(code) => ExitCode::from(code),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use ergodic_render::{Budget, Method};
 
 const AFTER_HELP: &str = "\
@@ -13,7 +13,8 @@ Examples:
   ergodic render --config scenes/ring/ring.ron --set mlt.chains=1000 -o out/ring
   ergodic config > my.ron                            every setting, explained, to start from
   ergodic inspect room.glb                           what a file holds, and what is not supported
-  ergodic compare out/ring.exr reference.exr         how far one picture is from another";
+  ergodic compare out/ring.exr reference.exr         how far one picture is from another
+  ergodic verify cornell --method path               whether this build still makes the stored reference";
 
 /// Metropolis light transport in path space for glTF 2.0 scenes, after Veach.
 #[derive(Debug, Parser)]
@@ -35,6 +36,8 @@ pub enum Command {
     Inspect(InspectOptions),
     /// Tell how far an image is from a reference
     Compare(CompareOptions),
+    /// Test this build against the stored reference images, by statistics over independent replicas
+    Verify(VerifyOptions),
 }
 
 /// Options of `render`. They win over --set, which wins over the config, which wins over the defaults.
@@ -94,6 +97,46 @@ pub struct CompareOptions {
     pub image: PathBuf,
     /// The image it should be like
     pub reference: PathBuf,
+}
+
+/// How much work `verify` puts into each case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Effort {
+    /// Minutes: what the test suite runs
+    Quick,
+    /// Up to an hour: sees errors a quarter the size
+    Full,
+}
+
+/// Options of `verify`.
+#[derive(Debug, Args)]
+pub struct VerifyOptions {
+    /// Names of scenes in scenes/ with a reference in reference/; all of them by default
+    pub scenes: Vec<String>,
+    /// Test one method only: path, bidirectional or mlt
+    #[arg(long, value_parser = method, value_name = "METHOD")]
+    pub method: Option<Method>,
+    /// Test one mix of mutations only: full, or the name of a mutation, which is mixed with a little bidirectional
+    #[arg(long, value_name = "MIX")]
+    pub mix: Option<String>,
+    /// How much work to put into it
+    #[arg(long, value_enum, default_value_t = Effort::Quick)]
+    pub budget: Effort,
+    /// The first seed of the replicas
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads, 0 for one a core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// The folder that holds scenes/ and reference/
+    #[arg(long, value_name = "DIR", default_value = ".")]
+    pub root: PathBuf,
+    /// Where to write pictures of what failed
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub output: PathBuf,
+    /// Print failures only
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 fn method(text: &str) -> Result<Method, String> {

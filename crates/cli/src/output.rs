@@ -59,7 +59,8 @@ impl Outputs {
     }
 }
 
-fn image(picture: &Picture) -> Image {
+/// A picture as an image of files and metrics.
+pub fn image(picture: &Picture) -> Image {
     let pixels = picture.pixels.iter().map(|p| p.to_array()).collect();
     Image { width: picture.width, height: picture.height, pixels }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ergodic_assess::Exposure;
 use ergodic_assets::{Asset, from_bytes, load};
-use ergodic_pathspace::{Scene, View};
+use ergodic_pathspace::Scene;
 use ergodic_render::{Settings, render};
 
 use crate::config;
@@ -41,11 +41,8 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
         say(&format!("{name} has no camera: it is seen from the front, framed whole"));
     }
     let outputs = Outputs::new(&stem(options, &settings))?;
-    let filter = settings.filter.filter();
-    let (width, height) = settings.size;
-    let view = View { camera, width, height, margin: (filter.radius() - 0.5).max(0.0) };
     let Asset { description, file, .. } = asset;
-    let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
+    let scene = Scene::new(description, &settings.view(camera)).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
 
     let unwatched = |e: std::io::Error| CliError::Said(format!("cannot watch for interruptions: {e}"));
     let progress = Progress::new(options.quiet).map_err(unwatched)?;

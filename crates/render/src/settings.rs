@@ -1,7 +1,7 @@
 //! What a render is asked to do. Everything here is read from RON.
 
 use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{Lengths, Roulette};
+use ergodic_pathspace::{CameraDescription, Lengths, Roulette, View};
 use serde::{Deserialize, Serialize};
 
 /// Settings of one render.
@@ -193,6 +193,12 @@ impl Settings {
     /// Lengths of the paths that the whole picture is made of.
     pub fn lengths(&self) -> Lengths {
         Lengths { min_edges: self.min_edges, max_edges: self.max_edges }
+    }
+
+    /// The view of a scene that these settings ask for.
+    pub fn view(&self, camera: CameraDescription) -> View {
+        let margin = (self.filter.filter().radius() - 0.5).max(0.0);
+        View { camera, width: self.size.0, height: self.size.1, margin }
     }
 
     /// Checks all values.

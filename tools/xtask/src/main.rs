@@ -2,6 +2,7 @@
 //! source.
 
 mod glb;
+mod reference;
 mod scenes;
 mod shapes;
 
@@ -12,19 +13,30 @@ const USAGE: &str = "\
 Usage: cargo xtask <command>
 
 Commands:
-  scenes [NAME...]   write scenes/NAME/scene.glb, for all scenes if none is named
+  scenes [NAME...]      write scenes/NAME/scene.glb, for all scenes if none is named
+  reference [NAME...]   render reference/NAME.exr with its provenance NAME.ron, for all scenes if none is named
 ";
 
+/// The project's own folder.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 fn scenes_folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
+    root().join("scenes")
+}
+
+/// The scenes that are named, all if none is.
+fn chosen(names: &[String]) -> Result<Vec<&'static scenes::Recipe>, String> {
+    if let Some(unknown) = names.iter().find(|name| scenes::ALL.iter().all(|recipe| recipe.name != **name)) {
+        let known = scenes::ALL.iter().map(|recipe| recipe.name).collect::<Vec<_>>().join(", ");
+        return Err(format!("there is no scene `{unknown}`; the scenes are {known}"));
+    }
+    Ok(scenes::ALL.iter().filter(|recipe| names.is_empty() || names.iter().any(|n| n == recipe.name)).collect())
 }
 
 fn write_scenes(names: &[String]) -> Result<(), String> {
-    if let Some(unknown) = names.iter().find(|name| scenes::ALL.iter().all(|recipe| recipe.name != **name)) {
-        let known = scenes::ALL.map(|recipe| recipe.name).join(", ");
-        return Err(format!("there is no scene `{unknown}`; the scenes are {known}"));
-    }
-    for recipe in scenes::ALL.iter().filter(|recipe| names.is_empty() || names.iter().any(|n| n == recipe.name)) {
+    for recipe in chosen(names)? {
         let folder = scenes_folder().join(recipe.name);
         let file = folder.join("scene.glb");
         let bytes = (recipe.make)().to_glb();
@@ -40,6 +52,7 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let result = match arguments.split_first() {
         Some((command, names)) if command == "scenes" => write_scenes(names),
+        Some((command, names)) if command == "reference" => reference::write(names),
         Some((help, _)) if help == "--help" || help == "help" => {
             print!("{USAGE}");
             Ok(())
@@ -62,7 +75,7 @@ mod tests {
 
     #[test]
     fn the_stored_scenes_are_what_the_code_makes() {
-        for recipe in scenes::ALL {
+        for recipe in &scenes::ALL {
             let file = scenes_folder().join(recipe.name).join("scene.glb");
             let stored = std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
             assert!(stored == (recipe.make)().to_glb(), "{}: run `cargo xtask scenes`", recipe.name);
@@ -71,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_scenes_are_valid_gltf() {
-        for recipe in scenes::ALL {
+        for recipe in &scenes::ALL {
             let bytes = (recipe.make)().to_glb();
             let document = gltf::Gltf::from_slice(&bytes).unwrap_or_else(|e| panic!("{}: {e}", recipe.name));
             assert_eq!(document.cameras().count(), 1);

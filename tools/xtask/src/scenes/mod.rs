@@ -20,7 +20,7 @@ pub struct Recipe {
 }
 
 /// All of them.
-pub const ALL: [Recipe; 5] = [
+pub static ALL: [Recipe; 5] = [
     Recipe { name: "cornell", about: "the diffuse box; easy for everyone", make: cornell::make },
     Recipe { name: "ajar", about: "a room lit only through a door that stands ajar", make: ajar::make },
     Recipe { name: "ring", about: "a metal ring and its cardioid caustic", make: ring::make },

@@ -6,7 +6,8 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{
-    Encoding, Image as ExrImage, Layer, LayerAttributes, ReadChannels, ReadLayers, SpecificChannels, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes, ReadChannels,
+    ReadLayers, SmallVec, WritableImage,
 };
 
 use crate::files::{FileError, write_whole};
@@ -24,21 +25,33 @@ pub enum Attribute {
     Number(f64),
 }
 
-/// Writes a picture with attributes. Channels are R, G, B of 32 bits, compressed without loss.
+/// Writes a picture with attributes: channels R, G, B of 32 bits, and `extra` ones of a number a pixel, compressed without
+/// loss.
 ///
 /// # Errors
 ///
 /// A file that cannot be written.
-pub fn write_exr(path: &Path, image: &Image, attributes: &[(&str, Attribute)]) -> Result<(), FileError> {
+pub fn write_exr(
+    path: &Path,
+    image: &Image,
+    extra: &[(&str, &[f64])],
+    attributes: &[(&str, Attribute)],
+) -> Result<(), FileError> {
+    let channel = |name: &str, values: &mut dyn Iterator<Item = f64>| {
+        AnyChannel::new(Text::from(name), FlatSamples::F32(values.map(|v| v as f32).collect()))
+    };
+    let mut channels = SmallVec::new();
+    for (i, name) in ["R", "G", "B"].into_iter().enumerate() {
+        channels.push(channel(name, &mut image.pixels.iter().map(|p| p[i])));
+    }
+    for (name, values) in extra {
+        channels.push(channel(name, &mut values.iter().copied()));
+    }
     let size = (image.width as usize, image.height as usize);
-    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
-        let [r, g, b] = image.pixels[at.y() * size.0 + at.x()].map(|v| v as f32);
-        (r, g, b)
-    });
+    let channels = AnyChannels::sort(channels);
     let layer = Layer::new(size, header_attributes(attributes), Encoding::SMALL_LOSSLESS, channels);
-    let file = ExrImage::from_layer(layer);
     let mut bytes = Vec::new();
-    file.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
+    ExrImage::from_layer(layer).write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
         FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene and the config")
     })?;
     write_whole(path, &bytes)

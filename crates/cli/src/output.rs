@@ -51,7 +51,15 @@ impl Outputs {
         exposure: Exposure,
     ) -> Result<(), CliError> {
         let image = image(&rendering.picture);
-        write_exr(&self.exr, &image, &attributes(scene, settings, rendering))?;
+        let layers = rendering.mlt.as_ref().and_then(|report| report.layers.as_ref());
+        let extra: Vec<(&str, &[f64])> = layers.map_or_else(Vec::new, |layers| {
+            vec![
+                ("acceptance", &layers.acceptance[..]),
+                ("longest_stay", &layers.longest_stay),
+                ("standard_error", &layers.standard_error),
+            ]
+        });
+        write_exr(&self.exr, &image, &extra, &attributes(scene, settings, rendering))?;
         write_png(&self.png, &image, exposure)?;
         let json = Stats::new(scene, settings, rendering, interrupted).to_json();
         let json = json.map_err(|e| CliError::Said(format!("{} cannot be encoded: {e}", self.stats.display())))?;

@@ -2,7 +2,7 @@
 
 use ergodic_mutations::Rejection;
 use ergodic_render::statistics::{MutationStatistics, Tally};
-use ergodic_render::{FaultRecord, MltReport, Rendering, Settings};
+use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Settings};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -53,11 +53,49 @@ struct MltStats {
     b: f64,
     b_relative_error: f64,
     seeding_samples: u64,
-    /// Longest run of steps that a chain stayed at one path.
-    longest_stay: u64,
+    diagnostics: Diagnostics,
     mutation_statistics: Vec<MutationStats>,
     /// The first proposals whose densities were not numbers.
     faults: Vec<FaultStats>,
+}
+
+/// How well the chains mix.
+#[derive(Debug, Serialize)]
+struct Diagnostics {
+    /// ln C, and the image point in pixels.
+    quantities: Vec<Quantity>,
+    /// Longest run of steps that a chain stayed at one path, and the class of that path.
+    longest_stay: u64,
+    longest_stay_class: String,
+    stuck_chains: usize,
+    warnings: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct Quantity {
+    name: &'static str,
+    /// Integrated autocorrelation time in steps.
+    autocorrelation_time: Option<f64>,
+    effective_sample_size: Option<f64>,
+    r_hat: Option<f64>,
+}
+
+impl Diagnostics {
+    fn new(report: &MixingReport) -> Self {
+        let quantity = |mixing: &Mixing| Quantity {
+            name: mixing.name,
+            autocorrelation_time: mixing.autocorrelation_time,
+            effective_sample_size: mixing.effective_sample_size,
+            r_hat: mixing.r_hat,
+        };
+        Self {
+            quantities: report.quantities.iter().map(quantity).collect(),
+            longest_stay: report.longest_stay.map_or(0, |stay| stay.steps),
+            longest_stay_class: report.longest_stay.map_or_else(String::new, |stay| stay.class.to_string()),
+            stuck_chains: report.stuck_chains,
+            warnings: report.warnings.clone(),
+        }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -149,7 +187,7 @@ impl MltStats {
             b: report.b,
             b_relative_error: report.b_relative_error,
             seeding_samples: report.seeding_samples,
-            longest_stay: report.longest_stay,
+            diagnostics: Diagnostics::new(&report.mixing),
             mutation_statistics: report.statistics.iter().map(MutationStats::new).collect(),
             faults: report.faults.iter().map(|record| fault(record, &report.statistics)).collect(),
         }
@@ -214,9 +252,30 @@ pub fn summary(rendering: &Rendering) -> Vec<String> {
         ));
         lines.push(String::new());
         lines.extend(mutation_table(report));
+        lines.push(String::new());
+        lines.extend(mixing_table(&report.mixing));
+        lines.extend(report.mixing.warnings.iter().map(|warning| format!("warning: {warning}")));
     }
     if rendering.refused > 0 {
         lines.push(format!("{} contributions were not finite and were left out", rendering.refused));
+    }
+    lines
+}
+
+fn mixing_table(report: &MixingReport) -> Vec<String> {
+    let or_none = |value: Option<f64>, show: &dyn Fn(f64) -> String| value.map_or("-".into(), show);
+    let row = |mixing: &Mixing| {
+        vec![
+            mixing.name.to_string(),
+            or_none(mixing.autocorrelation_time, &|v| format!("{v:.0}")),
+            or_none(mixing.effective_sample_size, &table::count),
+            or_none(mixing.r_hat, &|v| format!("{v:.3}")),
+        ]
+    };
+    let rows: Vec<Vec<String>> = report.quantities.iter().map(row).collect();
+    let mut lines = table::lines(&["chains", "autocorrelation steps", "effective samples", "R-hat"], &rows);
+    if let Some(stay) = report.longest_stay {
+        lines.push(format!("longest stay {} steps, at a path {}", stay.steps, stay.class));
     }
     lines
 }

@@ -8,6 +8,8 @@ use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
 use rand_pcg::Pcg64Dxsm;
 
 use crate::Film;
+use crate::layers::PixelCounts;
+use crate::mixing::ChainTrace;
 use crate::statistics::{MutationStatistics, Outcome};
 
 /// What a step of a mixture of path mutations comes to.
@@ -46,8 +48,9 @@ pub struct ChainRunner {
     steps: u64,
     /// Weight that the current path has gathered and not yet left on the film.
     pending: f64,
-    longest_stay: u64,
+    /// Steps since the chain last moved.
     stay: u64,
+    trace: ChainTrace,
 }
 
 /// Where a chain leaves its results.
@@ -61,6 +64,8 @@ pub struct Ledger {
     pub faults: Vec<FaultRecord>,
     /// Steps in which no mutation of the mixture was suitable.
     pub none_suitable: u64,
+    /// Counts for each pixel, if they are asked for.
+    pub counts: Option<PixelCounts>,
 }
 
 impl ChainRunner {
@@ -68,7 +73,7 @@ impl ChainRunner {
     pub fn new(index: u64, start: Path, space: &PathSpace, rng: Pcg64Dxsm) -> Self {
         let class = start.class();
         let chain = Chain::new(start, &LuminanceTarget { scene: &space.scene });
-        Self { index, chain, rng, class, steps: 0, pending: 0.0, longest_stay: 0, stay: 0 }
+        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new() }
     }
 
     /// The path that the chain is at.
@@ -86,9 +91,20 @@ impl ChainRunner {
         self.steps
     }
 
-    /// The longest run of steps in which the chain did not move.
-    pub fn longest_stay(&self) -> u64 {
-        self.longest_stay.max(self.stay)
+    /// Takes the present stay into account, after the last step.
+    pub(crate) fn finish(&mut self, ledger: &mut Ledger) {
+        let current = *self.chain.current().1;
+        self.trace.record(&current, self.class, self.stay);
+        self.trace.record_stay(self.class, self.stay);
+        if let Some(counts) = &mut ledger.counts {
+            counts.stayed(current.raster, self.stay);
+        }
+        self.stay = 0;
+    }
+
+    /// What the chain shows of its mixing.
+    pub(crate) fn trace(&self) -> &ChainTrace {
+        &self.trace
     }
 
     /// One transition, without leaving anything behind.
@@ -108,6 +124,7 @@ impl ChainRunner {
         for _ in 0..count {
             let timer = self.steps.is_multiple_of(TIMED_EVERY).then(Instant::now);
             let before = self.rng.clone();
+            let from = self.chain.current().1.raster;
             let step = self.step(mixture, space);
             let class = self.class;
             let (mutation, outcome) = match step {
@@ -129,9 +146,13 @@ impl ChainRunner {
                     (mutation, Outcome::Faulty(fault))
                 }
                 Step::Tried { plan: (mutation, _), acceptance, accepted } => {
-                    (mutation, self.deposit(acceptance, accepted, &mut ledger.film))
+                    (mutation, self.deposit(acceptance, accepted, ledger))
                 }
             };
+            if let Some(counts) = &mut ledger.counts {
+                let acceptance = if let Outcome::Tried { acceptance, .. } = outcome { acceptance } else { 0.0 };
+                counts.proposed(from, acceptance);
+            }
             let nanoseconds = timer.map(|timer| timer.elapsed().as_nanos() as u64);
             ledger.mutations[mutation].record(class, outcome, nanoseconds);
         }
@@ -147,15 +168,19 @@ impl ChainRunner {
     }
 
     /// Expected values (Veach 11.3.2): the path before gets 1 - a of this step, the candidate a.
-    fn deposit(&mut self, acceptance: f64, accepted: bool, film: &mut Film) -> Outcome {
+    fn deposit(&mut self, acceptance: f64, accepted: bool, ledger: &mut Ledger) -> Outcome {
         let current = *self.chain.current().1;
         let other = *self.chain.other().1;
+        let film = &mut ledger.film;
         self.pending += 1.0 - acceptance;
         if accepted {
             film.splat(other.raster, other.color * self.pending);
             self.pending = acceptance;
+            self.trace.record(&other, self.class, self.stay + 1);
+            if let Some(counts) = &mut ledger.counts {
+                counts.stayed(other.raster, self.stay);
+            }
             self.class = self.chain.current().0.class();
-            self.longest_stay = self.longest_stay.max(self.stay);
             self.stay = 0;
         } else {
             self.stay += 1;

@@ -4,6 +4,8 @@
 mod bidirectional;
 mod chain_runner;
 mod film;
+mod layers;
+mod mixing;
 mod mlt;
 mod observer;
 mod path_tracer;
@@ -17,6 +19,8 @@ mod streams;
 pub use bidirectional::BidirectionalPathTracer;
 pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
 pub use film::{Film, Picture};
+pub use layers::{Layers, PixelCounts};
+pub use mixing::{Mixing, MixingReport, R_HAT_LIMIT, Stay};
 pub use mlt::{MltReport, Replayed, replay};
 pub use observer::{Observer, Stage, Unobserved};
 pub use path_tracer::PathTracer;

@@ -10,6 +10,8 @@ use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+use crate::layers::{self, Layers, PixelCounts};
+use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Unobserved, Until};
 use crate::sampling::sample_image;
 use crate::seeding::Seeds;
@@ -46,8 +48,10 @@ pub struct MltReport {
     pub chains: usize,
     /// Mutations over all chains.
     pub mutations: u64,
-    /// Longest run of steps that one chain stayed at one path.
-    pub longest_stay: u64,
+    /// How well the chains mix.
+    pub mixing: MixingReport,
+    /// Numbers for each pixel, if the settings ask for them.
+    pub layers: Option<Layers>,
     /// Statistics, one entry for each member of the mixture.
     pub statistics: Vec<MutationStatistics>,
     /// The first proposals whose densities were not numbers.
@@ -132,15 +136,28 @@ where
     let mut film = Film::new(width, height, filter);
     let mut statistics = new_statistics(names, settings.max_edges);
     let mut faults = Vec::new();
-    let mut longest_stay = 0;
-    for batch in work {
+    let steps = if chains > 0 { mutations / chains as u64 } else { 0 };
+    for Batch { runners, ledger, .. } in &mut work {
+        runners.iter_mut().for_each(|runner| runner.finish(ledger));
+    }
+    let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
+    let parts: Vec<&[MutationStatistics]> = work.iter().map(|batch| &batch.ledger.mutations[..]).collect();
+    let mixing = mixing::report(&traces, steps, &parts);
+    let part_scale =
+        |batch: &Batch| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * batch.runners.len() as f64);
+    let parts: Vec<_> = work
+        .iter()
+        .filter(|_| steps > 0)
+        .filter_map(|batch| batch.ledger.counts.as_ref().map(|counts| (counts, &batch.ledger.film, part_scale(batch))))
+        .collect();
+    let layers = layers::put_together(&parts);
+    for batch in &work {
         film.add(&batch.ledger.film);
         for (sum, more) in statistics.iter_mut().zip(&batch.ledger.mutations) {
             sum.add(more);
         }
-        faults.extend(batch.ledger.faults);
+        faults.extend_from_slice(&batch.ledger.faults);
         rays += batch.rays;
-        longest_stay = batch.runners.iter().map(ChainRunner::longest_stay).fold(longest_stay, u64::max);
     }
     if mutations > 0 {
         // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
@@ -156,7 +173,8 @@ where
         mutation_seconds,
         chains,
         mutations,
-        longest_stay,
+        mixing,
+        layers,
         statistics,
         faults,
     };
@@ -188,6 +206,7 @@ fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &
                 mutations: new_statistics(names, settings.max_edges),
                 faults: Vec::new(),
                 none_suitable: 0,
+                counts: settings.mlt.layers.then(|| PixelCounts::new(width, height)),
             },
             rays: 0,
         })

@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ergodic_pathspace::Scene;
-use rayon::prelude::*;
 
 use crate::observer::{Observer, Stage};
 use crate::{RenderError, Rendering, Settings, render};
@@ -33,22 +32,35 @@ pub fn render_replicas(
     observer: &dyn Observer,
 ) -> Result<Vec<Rendering>, RenderError> {
     settings.validate().map_err(RenderError::Settings)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
-        .build()
-        .map_err(|e| RenderError::Threads { threads: settings.threads, reason: e.to_string() })?;
+    let threads = match settings.threads {
+        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        threads => threads,
+    };
+    let next = AtomicUsize::new(0);
     let finished = AtomicUsize::new(0);
     let one = |index: usize| -> Result<Option<Rendering>, RenderError> {
-        if observer.should_stop() {
-            return Ok(None);
-        }
         let settings = Settings { seed: settings.seed.wrapping_add(index as u64), threads: 1, ..settings.clone() };
         let rendering = render(scene, &settings, &OneOfMany(observer))?;
         let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
         observer.progress(Stage::Rendering, done as f64 / count as f64);
         Ok((!observer.should_stop()).then_some(rendering))
     };
-    let all: Result<Vec<Option<Rendering>>, RenderError> =
-        pool.install(|| (0..count).into_par_iter().with_max_len(1).map(one).collect());
+    // Threads of their own, not a pool: a pool's thread that waits for another pool begins further replicas meanwhile.
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= count || observer.should_stop() {
+                return done;
+            }
+            done.push((index, one(index)));
+        }
+    };
+    let mut all: Vec<(usize, Result<Option<Rendering>, RenderError>)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|w| w.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect()
+    });
+    all.sort_by_key(|(index, _)| *index);
+    let all: Result<Vec<Option<Rendering>>, RenderError> = all.into_iter().map(|(_, rendering)| rendering).collect();
     Ok(all?.into_iter().flatten().collect())
 }

@@ -102,6 +102,8 @@ pub struct MltSettings {
     pub direct: Direct,
     /// The independent samples that estimate b and start the chains.
     pub seeding: Seeding,
+    /// Whether to keep numbers for each pixel: acceptance, standard error, longest stay.
+    pub layers: bool,
 }
 
 /// Who renders paths of one and two edges.
@@ -158,6 +160,7 @@ impl Default for MltSettings {
             chains: 512,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
+            layers: false,
         }
     }
 }

@@ -162,6 +162,11 @@ impl MutationStatistics {
         lengths.into_iter().enumerate().filter(|(_, tally)| tally.proposed > 0).collect()
     }
 
+    /// Of one class; nothing for classes of more than [`CLASSIFIED_EDGES`] edges.
+    pub fn class(&self, class: PathClass) -> Tally {
+        class_index(class).map_or_else(Tally::default, |index| self.by_class[index])
+    }
+
     /// Classes (of the path that was to be changed) with at least one proposal, up to [`CLASSIFIED_EDGES`] edges.
     pub fn classes(&self) -> Vec<(PathClass, Tally)> {
         let tallies = self.by_class.iter().enumerate().filter(|(_, tally)| tally.proposed > 0);

@@ -27,10 +27,10 @@ struct Plan {
 
 const PLANS: [Plan; 5] = [
     Plan { scene: "cornell", method: Method::Bidirectional, samples_per_pixel: 192.0, seeding_samples: 1000 },
-    Plan { scene: "ajar", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 600_000 },
+    Plan { scene: "ajar", method: Method::Bidirectional, samples_per_pixel: 384.0, seeding_samples: 1000 },
     Plan { scene: "ring", method: Method::Bidirectional, samples_per_pixel: 256.0, seeding_samples: 1000 },
     Plan { scene: "glass", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 1_500_000 },
-    Plan { scene: "pool", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 2_500_000 },
+    Plan { scene: "pool", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 2_000_000 },
 ];
 
 /// Tells of every tenth replica.

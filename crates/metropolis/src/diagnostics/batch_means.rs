@@ -52,6 +52,21 @@ impl BatchMeans {
         }
     }
 
+    /// Takes `count` terms of the same value: what [`Self::add`] would do so often.
+    #[inline]
+    pub fn add_run(&mut self, value: f64, mut count: u64) {
+        self.terms.add_run(value, count);
+        while count > 0 {
+            let part = count.min(self.length - self.open_count);
+            self.open_sum += value * part as f64;
+            self.open_count += part;
+            count -= part;
+            if self.open_count == self.length {
+                self.close();
+            }
+        }
+    }
+
     fn close(&mut self) {
         self.means.push(self.open_sum / self.length as f64);
         (self.open_sum, self.open_count) = (0.0, 0);

@@ -31,7 +31,13 @@ impl Moments {
 
     /// Takes `count` zeros: what a sum over rare events sees the rest of the time.
     pub fn add_zeros(&mut self, count: u64) {
-        self.merge(&Self { count, mean: 0.0, squares: 0.0 });
+        self.add_run(0.0, count);
+    }
+
+    /// Takes `count` times the same value.
+    #[inline]
+    pub fn add_run(&mut self, value: f64, count: u64) {
+        self.merge(&Self { count, mean: value, squares: 0.0 });
     }
 
     /// Takes all that `other` has seen.

@@ -18,5 +18,5 @@ pub use flip::{flip_hdr, flip_ldr};
 pub use image::Image;
 pub use read::read_image;
 pub use reference::{BLOCK, Reference};
-pub use replicas::{BlockTest, ReplicaTest, test_replicas};
+pub use replicas::{BlockTest, ReplicaTest, Verdict, test_replicas};
 pub use tone::{Exposure, write_png};

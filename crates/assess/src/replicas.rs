@@ -20,6 +20,14 @@ const SIGN_FLIPS: u32 = 1 << 16;
 /// The level whose exceedances are counted.
 const COUNTED: f64 = 0.01;
 
+/// A block whose spread comes from one replica by more than this share has seen rare bright samples: of 32 normal numbers, one
+/// has so much about once in 10 000.
+const DOMINATED: f64 = 0.5;
+
+/// If more than this share of the blocks is dominated, rare bright samples make up the picture, and where none has been seen
+/// yet, t is far below what Student allows. The blocks then decide nothing.
+const RESOLVED: f64 = 0.04;
+
 /// Blocks darker than this share of the mean block are left to their brighter neighbours: too few samples fall there for t to
 /// be Student's.
 const DARK: f64 = 0.02;
@@ -35,6 +43,8 @@ pub struct BlockTest {
     pub t: f64,
     /// Probability of such a |t| by chance.
     pub p: f64,
+    /// Share of the spread that comes from one replica, from 1 / n to 1.
+    pub dominance: f64,
 }
 
 /// Replicas against a reference.
@@ -49,6 +59,17 @@ pub struct ReplicaTest {
     /// The mean of the whole image, which for Metropolis light transport is b and proves nothing about the chains: relative
     /// difference, t and its probability.
     pub total: (f64, f64, f64),
+}
+
+/// What a test came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The replicas agree with the reference.
+    Holds,
+    /// The estimator finds a part of the light so rarely that its blocks are not normal: the test can decide only the total.
+    Unresolved,
+    /// They do not agree.
+    Fails,
 }
 
 fn t_test(sample: &Moments, reference: f64, reference_variance: f64) -> (f64, f64) {
@@ -95,8 +116,11 @@ pub fn test_replicas(replicas: &[Image], reference: &Reference) -> Result<Replic
         let sample: Moments = values.iter().copied().collect();
         let (t, p) = t_test(&sample, *expected, *variance);
         let at = ((i % columns) as u32 * BLOCK, (i / columns) as u32 * BLOCK);
-        blocks.push(BlockTest { at, relative_difference: sample.mean() / expected - 1.0, t, p });
-        residuals.push(values.iter().map(|v| v - sample.mean()).collect());
+        let deviations: Vec<f64> = values.iter().map(|v| v - sample.mean()).collect();
+        let squares = deviations.iter().map(|d| d * d);
+        let dominance = squares.clone().fold(0.0, f64::max) / squares.sum::<f64>().max(f64::MIN_POSITIVE);
+        blocks.push(BlockTest { at, relative_difference: sample.mean() / expected - 1.0, t, p, dominance });
+        residuals.push(deviations);
     }
     let smallest = blocks.iter().map(|b| b.p).fold(1.0, f64::min);
     let beyond = blocks.iter().filter(|b| b.p < COUNTED).count();
@@ -150,8 +174,21 @@ impl ReplicaTest {
     }
 
     /// Whether the replicas agree with the reference, at the level `alpha` for all three gates together.
-    pub fn holds(&self, alpha: f64) -> bool {
-        self.p() >= sidak(alpha, 3)
+    pub fn verdict(&self, alpha: f64) -> Verdict {
+        let level = sidak(alpha, 3);
+        if self.p() >= level {
+            Verdict::Holds
+        } else if self.total.2 >= level && self.dominated() > RESOLVED {
+            Verdict::Unresolved
+        } else {
+            Verdict::Fails
+        }
+    }
+
+    /// The share of the blocks whose spread comes from one replica.
+    pub fn dominated(&self) -> f64 {
+        let dominated = self.blocks.iter().filter(|b| b.dominance > DOMINATED).count();
+        dominated as f64 / self.blocks.len().max(1) as f64
     }
 
     /// The block with the largest |t|.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ergodic_assess::{Exposure, Image, Reference, ReplicaTest, test_replicas, write_png};
+use ergodic_assess::{Exposure, Image, Reference, ReplicaTest, Verdict, test_replicas, write_png};
 use ergodic_assets::load;
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::Scene;
@@ -92,7 +92,7 @@ struct Row {
     scene: String,
     case: Case,
     test: ReplicaTest,
-    holds: bool,
+    verdict: Verdict,
     seconds: f64,
 }
 
@@ -132,16 +132,16 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
             }
             let images: Vec<Image> = renderings.iter().map(|r| output::image(&r.picture)).collect();
             let test = test_replicas(&images, &reference).map_err(|e| CliError::Said(format!("{name}: {e}")))?;
-            let holds = test.holds(alpha);
-            if !holds {
+            let verdict = test.verdict(alpha);
+            if verdict == Verdict::Fails {
                 write_difference(options, name, case, &test, (width, height))?;
             }
             let seconds = start.elapsed().as_secs_f64();
-            rows.push(Row { scene: name.clone(), case: case.clone(), test, holds, seconds });
+            rows.push(Row { scene: name.clone(), case: case.clone(), test, verdict, seconds });
         }
     }
     progress.finish();
-    let holds = rows.iter().all(|row| row.holds);
+    let holds = rows.iter().all(|row| row.verdict != Verdict::Fails);
     if !options.quiet || !holds {
         terminal::print_lines(lines(&rows, alpha));
     }
@@ -211,16 +211,41 @@ fn lines(rows: &[Row], alpha: f64) -> Vec<String> {
             format!("{} of {}", row.test.exceedances.0, row.test.blocks.len()),
             format!("{:.2e}", row.test.exceedances.1),
             human_time(row.seconds),
-            if row.holds { "holds".into() } else { "FAILS".into() },
+            format!("{:.0} %", row.test.dominated() * 100.0),
+            match row.verdict {
+                Verdict::Holds => "holds".into(),
+                Verdict::Unresolved => "unresolved".into(),
+                Verdict::Fails => "FAILS".into(),
+            },
         ]
     };
-    let head =
-        ["scene", "method", "mix", "total", "t", "p", "worst block t", "p", "beyond 1 %", "p", "time", "verdict"];
+    let head = [
+        "scene",
+        "method",
+        "mix",
+        "total",
+        "t",
+        "p",
+        "worst block t",
+        "p",
+        "beyond 1 %",
+        "p",
+        "time",
+        "rare",
+        "verdict",
+    ];
     let mut lines = table::lines(&head, &rows.iter().map(cells).collect::<Vec<_>>());
-    let failed = rows.iter().filter(|row| !row.holds).count();
+    let count = |verdict| rows.iter().filter(|row| row.verdict == verdict).count();
+    let (failed, unresolved) = (count(Verdict::Fails), count(Verdict::Unresolved));
     lines.push(String::new());
+    if unresolved > 0 {
+        lines.push(format!(
+            "{unresolved} unresolved: in so many blocks (rare) one replica makes most of the spread that t means nothing; only \
+             the total is judged"
+        ));
+    }
     lines.push(match failed {
-        0 => format!("all {} cases agree with their references (level {alpha:.1e} each)", rows.len()),
+        0 => format!("no case of {} disagrees with its reference (level {alpha:.1e} each)", rows.len()),
         _ => format!("{failed} of {} cases do not agree with their references; verify-*.png show where", rows.len()),
     });
     lines

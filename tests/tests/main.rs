@@ -1,5 +1,7 @@
 //! Cross-crate tests: one binary, so that they share one build.
 
+mod closed_forms;
+mod image_faults;
 mod mutation_laws;
 mod rendering;
 mod strategies;

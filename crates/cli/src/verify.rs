@@ -19,7 +19,7 @@ use crate::{table, terminal};
 const FAMILY_ALPHA: f64 = 0.005;
 
 /// Weight of the bidirectional mutation beside another that is tested alone.
-const A_LITTLE: f64 = 0.25;
+const A_LITTLE: f64 = 0.5;
 
 /// One line of the table: a method, and for Metropolis light transport a mix of mutations.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,7 @@ struct Work {
 impl Effort {
     fn work(self) -> Work {
         match self {
-            Self::Quick => Work { replicas: 32, path: 16.0, bidirectional: 8.0, mlt: 32.0, seeding: 16_384 },
+            Self::Quick => Work { replicas: 32, path: 12.0, bidirectional: 6.0, mlt: 32.0, seeding: 16_384 },
             Self::Full => Work { replicas: 48, path: 128.0, bidirectional: 64.0, mlt: 512.0, seeding: 131_072 },
         }
     }

@@ -311,3 +311,59 @@ fn a_reader_that_goes_away_is_no_trouble() {
     drop(child.stdout.take());
     assert!(child.wait().unwrap().success());
 }
+
+#[test]
+fn verify_tests_against_the_stored_references() {
+    let folder = Folder::new("verify");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").display().to_string();
+    let output = folder.run(&["verify", "cornell", "--method", "path", "--root", &root]);
+    let printed = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{printed}{}", text(&output.stderr));
+    for part in ["cornell", "path", "holds", "no case of 1 disagrees"] {
+        assert!(printed.contains(part), "{part} is not in\n{printed}");
+    }
+    assert!(folder.files().is_empty(), "{:?}", folder.files());
+
+    for (arguments, part) in [
+        (vec!["verify", "nowhere", "--root", &root], "there are references of ajar, cornell"),
+        (vec!["verify", "--mix", "magic", "--root", &root], "full, bidirectional, lens"),
+        (vec!["verify"], "--root"),
+    ] {
+        let output = folder.run(&arguments);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(part), "{part} is not in\n{said}");
+    }
+}
+
+#[test]
+fn verify_fails_where_the_scene_is_another() {
+    let folder = Folder::new("verify-fails");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    // The reference of one scene beside the file of another.
+    fs::create_dir_all(folder.0.join("scenes/cornell")).unwrap();
+    fs::create_dir_all(folder.0.join("reference")).unwrap();
+    fs::copy(root.join("scenes/ring/scene.glb"), folder.0.join("scenes/cornell/scene.glb")).unwrap();
+    fs::copy(root.join("reference/cornell.exr"), folder.0.join("reference/cornell.exr")).unwrap();
+    let output = folder.run(&["verify", "--method", "path"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("FAILS"));
+    assert!(folder.0.join("verify-cornell-path.png").exists(), "{:?}", folder.files());
+}
+
+#[test]
+fn layers_are_further_channels_of_the_exr() {
+    let folder = Folder::new("layers");
+    let scene = scene("cornell");
+    let mut arguments = vec!["render", &scene, "-q", "-o", "a", "--set", "mlt.layers=true"];
+    arguments.extend(QUICK);
+    assert!(folder.run(&arguments).status.success());
+    let bytes = fs::read(folder.0.join("a.exr")).unwrap();
+    for name in ["acceptance", "longest_stay", "standard_error"] {
+        assert!(bytes.windows(name.len()).any(|window| window == name.as_bytes()), "{name}");
+    }
+    let stats: Value = serde_json::from_slice(&fs::read(folder.0.join("a.stats.json")).unwrap()).unwrap();
+    let diagnostics = &stats["diagnostics"];
+    assert_eq!(diagnostics["quantities"].as_array().unwrap().len(), 3);
+    assert!(diagnostics["longest_stay"].as_u64().unwrap() > 0 && diagnostics["warnings"].is_array());
+}

@@ -1,0 +1,177 @@
+//! Errors of pictures that the test against a stored reference must catch, at the power it claims; and none where there is
+//! none.
+
+use std::sync::Arc;
+
+use ergodic_assess::{Image, Reference, ReplicaTest, Verdict, test_replicas};
+use ergodic_metropolis::{Mixture, Mutation, RandomSource};
+use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_pathspace::{BidirectionalSampler, Path, PathSpace, Roulette, Scene};
+use ergodic_render::{
+    Budget, Direct, Estimator, Method, Picture, Purpose, Settings, Stage, Unobserved, render_replicas,
+    render_with_mixture, sample_image,
+};
+use ergodic_scattering::{Filter, Rgb};
+use ergodic_tests::{description, root, view_of};
+use glam::DVec2;
+
+/// The level of a single case of `ergodic verify`.
+const ALPHA: f64 = 1e-4;
+const REPLICAS: u64 = 32;
+
+fn reference(name: &str) -> Reference {
+    Reference::read(&root().join("reference").join(format!("{name}.exr"))).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn scene(name: &str) -> Arc<Scene> {
+    let image = reference(name).mean;
+    view_of(description(name), (image.width, image.height))
+}
+
+fn image(picture: &Picture) -> Image {
+    let pixels = picture.pixels.iter().map(|p| p.to_array()).collect();
+    Image { width: picture.width, height: picture.height, pixels }
+}
+
+fn test(name: &str, replicas: &[Image]) -> ReplicaTest {
+    test_replicas(replicas, &reference(name)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn settings(method: Method, samples: f64, seed: u64) -> Settings {
+    let mut settings =
+        Settings { method, size: (64, 64), seed, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
+    settings.mlt.direct = Direct::InChain;
+    settings.mlt.chains = 64;
+    settings.mlt.seeding.max_samples = 16_384;
+    settings
+}
+
+#[test]
+fn one_percent_of_the_total_is_caught_and_nothing_is_not() {
+    let scene = scene("cornell");
+    let mut caught = 0;
+    for round in 0..3 {
+        let settings = settings(Method::Bidirectional, 4.0, 1000 * (round + 1));
+        let renderings = render_replicas(&scene, &settings, REPLICAS as usize, &Unobserved).expect("valid settings");
+        let mut replicas: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
+        let right = test("cornell", &replicas);
+        assert_eq!(right.verdict(ALPHA), Verdict::Holds, "{:?}", right.total);
+        for value in replicas.iter_mut().flat_map(|r| &mut r.pixels).flatten() {
+            *value *= 1.01;
+        }
+        let wrong = test("cornell", &replicas);
+        println!("right {:?}, wrong {:?}", right.total, wrong.total);
+        caught += u32::from(wrong.verdict(ALPHA) == Verdict::Fails);
+    }
+    assert_eq!(caught, 3);
+}
+
+/// Bidirectional path tracing in which one class of paths is too bright.
+#[derive(Clone)]
+struct OneClassTooBright {
+    sampler: BidirectionalSampler,
+    path: Path,
+    class: &'static str,
+    factor: f64,
+}
+
+impl Estimator for OneClassTooBright {
+    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+        let Self { sampler, path, class, factor } = self;
+        sampler.sample(scene, rng, |sampler, c| {
+            sampler.assemble(scene, c.s, c.t, path);
+            let factor = if path.class().to_string() == *class { *factor } else { 1.0 };
+            splat(c.raster, c.contribution() * factor);
+        });
+    }
+}
+
+#[test]
+fn a_caustic_ten_percent_too_bright_is_caught() {
+    let scene = scene("glass");
+    let settings = Settings::default();
+    let replicas = |factor: f64| -> Vec<Image> {
+        let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
+        let estimator = OneClassTooBright {
+            sampler: BidirectionalSampler::new(settings.lengths(), roulette),
+            path: Path::default(),
+            class: "LSSDE",
+            factor,
+        };
+        let one = |seed: u64| {
+            let sampled = sample_image(
+                &scene,
+                &estimator,
+                (64, 64),
+                Filter::Box,
+                Budget::SamplesPerPixel(6.0),
+                (seed, Purpose::Bidirectional),
+                (Stage::Rendering, &Unobserved),
+            );
+            image(&sampled.picture(&scene))
+        };
+        (0..REPLICAS).map(|i| one(500 + i)).collect()
+    };
+    let right = test("glass", &replicas(1.0));
+    let wrong = test("glass", &replicas(1.1));
+    println!("right p = {:.1e}, wrong p = {:.1e}, {:?}", right.p(), wrong.p(), wrong.worst());
+    assert_ne!(right.verdict(ALPHA), Verdict::Fails, "{:?}", right.worst());
+    assert_eq!(wrong.verdict(ALPHA), Verdict::Fails);
+}
+
+/// A mutation whose density is off by a half on one side of the image.
+#[derive(Clone, Copy)]
+struct SlightlyWrong(AnyMutation, f64);
+
+impl Mutation for SlightlyWrong {
+    type Space = PathSpace;
+    type State = Path;
+    type Plan = Splice;
+    type Failure = Rejection;
+
+    fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
+        self.0.suitability(space, x)
+    }
+
+    fn propose(
+        &self,
+        space: &PathSpace,
+        x: &Path,
+        y: &mut Path,
+        rng: &mut impl RandomSource,
+    ) -> Result<Splice, Rejection> {
+        self.0.propose(space, x, y, rng)
+    }
+
+    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        let ln_density = self.0.ln_density(space, from, to, plan);
+        let point = to.vertices[to.length() - 1].position;
+        if point.x > 0.0 { ln_density + self.1 } else { ln_density }
+    }
+}
+
+#[test]
+fn a_mutation_with_a_slightly_wrong_density_is_caught() {
+    let scene = scene("cornell");
+    let replicas = |ln_factor: f64| -> Vec<Image> {
+        let members = AnyMutation::all().into_iter().map(|m| {
+            let fault = if m.is_ergodic() { 0.0 } else { ln_factor };
+            (1.0, SlightlyWrong(m, fault))
+        });
+        let mixture = Mixture::new(members.collect()).expect("weights are positive");
+        let names: Vec<_> = AnyMutation::all().iter().map(AnyMutation::name).collect();
+        let one = |seed: u64| {
+            let settings = settings(Method::Mlt, 24.0, seed);
+            let rendering = render_with_mixture(&scene, &settings, &mixture, &names, &Unobserved);
+            image(&rendering.expect("valid settings").picture)
+        };
+        (0..REPLICAS).map(|i| one(9000 + i)).collect()
+    };
+    let right = test("cornell", &replicas(0.0));
+    let wrong = test("cornell", &replicas(1.5f64.ln()));
+    println!("right p = {:.1e}, wrong p = {:.1e}, {:?}", right.p(), wrong.p(), wrong.worst());
+    assert_eq!(right.verdict(ALPHA), Verdict::Holds, "{:?}", right.worst());
+    assert_eq!(wrong.verdict(ALPHA), Verdict::Fails);
+    // The total is b, which knows nothing of the chains: it cannot tell.
+    assert!(wrong.total.2 > 1e-3, "{:?}", wrong.total);
+}

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 use crate::{
     GeometryError, Hit, Mesh, Ray,
     bvh::{Cube, CubeMap, InstanceTree, TreeRay, TriangleTree},
+    hidden::{Hidden, Places},
     placement::Placement,
-    triangle::{Crossing, Shear, Triangle, is_degenerate},
+    triangle::{Crossing, Shear, Triangle},
 };
 
 /// Which instance, and which of its triangles. The order breaks ties between hits at the same t, so that the answer does
@@ -57,24 +58,28 @@ pub(crate) struct Baked {
 }
 
 impl Baked {
-    /// Bakes the listed instances; `None` if they have no triangles.
+    /// Bakes the listed instances, in ascending order; `None` if they have no triangles.
     fn build(
         meshes: &[Mesh],
         placements: &[Placement],
         solid: &[Vec<u32>],
         instances: &[u32],
+        hidden: &mut Hidden,
     ) -> Result<Option<Self>, GeometryError> {
         let mut triangles = Vec::new();
         let mut owners = Vec::new();
+        let mut places = Places::default();
         for &instance in instances {
             let placement = &placements[instance as usize];
             let mesh = &meshes[placement.mesh as usize];
             for &number in &solid[placement.mesh as usize] {
                 let triangle = corners(mesh, number).map(|p| placement.point(p));
-                // The transform may have flattened it.
-                if !is_degenerate(&triangle) {
+                // The transform may have flattened it, or put it where a triangle of another mesh is.
+                if places.take(&triangle) {
                     triangles.push(triangle);
                     owners.push((instance, number));
+                } else {
+                    hidden.hide(instance, number);
                 }
             }
         }
@@ -212,15 +217,16 @@ impl Shared {
     }
 }
 
-/// Builds both levels. `solid` lists each mesh's triangles that are not degenerate.
+/// Builds both levels. `solid` lists each mesh's triangles that are not hidden.
 pub(crate) fn split(
     meshes: &[Mesh],
     placements: &[Placement],
     solid: &[Vec<u32>],
     world_bounds: (DVec3, DVec3),
+    hidden: &mut Hidden,
 ) -> Result<(Option<Baked>, Option<Shared>), GeometryError> {
     let mut uses = vec![0u32; meshes.len()];
-    for placement in placements {
+    for (_, placement) in (0u32..).zip(placements).filter(|(instance, _)| !hidden.has_instance(*instance)) {
         uses[placement.mesh as usize] += 1;
     }
     let prototypes: Vec<Option<Prototype>> = meshes
@@ -236,6 +242,9 @@ pub(crate) fn split(
     let mut members = Vec::new();
     let mut boxes = Vec::new();
     for (instance, placement) in (0u32..).zip(placements) {
+        if hidden.has_instance(instance) {
+            continue;
+        }
         let mesh = placement.mesh as usize;
         let to_cube = prototypes[mesh]
             .as_ref()
@@ -249,7 +258,7 @@ pub(crate) fn split(
             Some(None) | None => baked.push(instance),
         }
     }
-    let baked = Baked::build(meshes, placements, solid, &baked)?;
+    let baked = Baked::build(meshes, placements, solid, &baked, hidden)?;
     if members.is_empty() {
         return Ok((baked, None));
     }

@@ -8,6 +8,7 @@ mod bvh;
 mod epsilon;
 mod error;
 mod frame;
+mod hidden;
 mod levels;
 mod mesh;
 mod placement;

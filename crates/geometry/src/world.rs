@@ -1,15 +1,14 @@
 //! A world of instanced meshes: closest hits, and whether two points see each other.
 
-use std::collections::HashSet;
-
 use glam::{DAffine3, DVec3};
 
 use crate::{
     GeometryError, Mesh,
     epsilon::{MAX_COORDINATE, spawn_offset},
+    hidden::Hidden,
     levels::{Baked, Nearest, Shared, split},
     placement::Placement,
-    triangle::{Shear, is_degenerate, major_axis},
+    triangle::{Shear, major_axis},
 };
 
 /// A half-line.
@@ -65,7 +64,7 @@ pub struct World {
     bounds: (DVec3, DVec3),
     /// How far off the surface rays start.
     offset: f64,
-    dropped_triangles: usize,
+    hidden: Hidden,
 }
 
 impl World {
@@ -97,11 +96,10 @@ impl World {
             bounds = (DVec3::ZERO, DVec3::ZERO);
         }
         let placements: Vec<Placement> = instances.iter().map(Placement::new).collect();
-        let solid: Vec<Vec<u32>> = meshes.iter().map(solid_triangles).collect();
-        let dropped_triangles = meshes.iter().zip(&solid).map(|(mesh, solid)| mesh.triangles.len() - solid.len()).sum();
-        let (baked, shared) = split(&meshes, &placements, &solid, bounds)?;
+        let (mut hidden, solid) = Hidden::new(&meshes, &placements);
+        let (baked, shared) = split(&meshes, &placements, &solid, bounds, &mut hidden)?;
         let offset = spawn_offset(bounds.0, bounds.1);
-        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, dropped_triangles })
+        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden })
     }
 
     /// The box around all triangles, (lowest, highest) corner; zero for a world without triangles.
@@ -127,7 +125,16 @@ impl World {
 
     /// How many triangles of the meshes can never be hit, because they have no area or lie in the place of another.
     pub fn dropped_triangles(&self) -> usize {
-        self.dropped_triangles
+        self.hidden.dropped_of_meshes()
+    }
+
+    /// Whether a ray can ever hit a triangle: it has an area, and none before it, in the order of instances and triangles, lies
+    /// in its very place. Panics if there is no such instance.
+    ///
+    /// Two copies of a mesh in one place are known by their transforms, others by their corners, to the bit; copies of a
+    /// mesh with several instances are not compared with other meshes.
+    pub fn can_be_hit(&self, instance: u32, triangle: u32) -> bool {
+        !self.hidden.has(self.placement(instance).mesh, instance, triangle)
     }
 
     #[inline]
@@ -222,21 +229,6 @@ impl World {
 fn in_range(p: DVec3) -> bool {
     // Written so that NaN is out of range; the maximum of components would ignore it.
     p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
-}
-
-/// The triangles that can be hit: not degenerate, and not in the very place of an earlier one, which would be hit instead.
-/// Thousands in one place would also make the search tree as deep as they are many.
-fn solid_triangles(mesh: &Mesh) -> Vec<u32> {
-    let corners = |t: &[u32; 3]| t.map(|vertex| mesh.positions[vertex as usize]);
-    let mut places = HashSet::with_capacity(mesh.triangles.len());
-    let mut is_first = |corners: [DVec3; 3]| {
-        // An addition of 0 makes one zero of the two.
-        let mut place = corners.map(|p| (p + DVec3::ZERO).to_array().map(f64::to_bits));
-        place.sort_unstable();
-        places.insert(place)
-    };
-    let mut solid = |t: &[u32; 3]| !is_degenerate(&corners(t)) && is_first(corners(t));
-    (0u32..).zip(&mesh.triangles).filter(|(_, t)| solid(t)).map(|(number, _)| number).collect()
 }
 
 fn check_mesh(index: usize, mesh: &Mesh) -> Result<(), GeometryError> {

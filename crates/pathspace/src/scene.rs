@@ -104,7 +104,12 @@ impl Scene {
             }
             first_emitter[instance] = triangles.len() as u32;
             for triangle in 0..world.triangle_count(instance as u32) as u32 {
-                let (area, power) = triangle_power(&world, &textures, material, instance as u32, triangle);
+                let (area, power) = if world.can_be_hit(instance as u32, triangle) {
+                    triangle_power(&world, &textures, material, instance as u32, triangle)
+                } else {
+                    // What no ray meets must not be chosen as a light either.
+                    (0.0, 0.0)
+                };
                 triangles.push((Emitter::Triangle { instance: instance as u32, triangle }, area, power));
             }
         }

@@ -174,3 +174,26 @@ fn frames_are_right_handed_and_orthonormal() {
         }
     }
 }
+
+#[test]
+fn what_lies_in_the_place_of_another_can_not_be_hit() {
+    let moved = |x: f64| DAffine3::from_translation(DVec3::new(x, 0.0, 0.0));
+    let instance = |mesh, x| Instance { mesh, transform: moved(x) };
+    let mut turned = triangle();
+    turned.triangles = turned.triangles.iter().map(|[a, b, c]| [*c, *b, *a]).collect();
+    // A mesh twice in one place, once elsewhere; and another mesh, turned over, in the first place of a third.
+    let meshes = vec![triangle(), turned, triangle()];
+    let instances = vec![instance(0, 0.0), instance(0, 0.0), instance(0, 5.0), instance(2, 9.0), instance(1, 9.0)];
+    let world = World::build(meshes, instances).unwrap();
+    let found: Vec<bool> = (0..5).map(|i| world.can_be_hit(i, 0)).collect();
+    assert_eq!(found, [true, false, true, true, false]);
+    for (x, owner) in [(0.0, 0), (5.0, 2), (9.0, 3)] {
+        let [a, b, c] = world.triangle(owner, 0);
+        let middle = (a + b + c) / 3.0;
+        assert!((middle.x - x).abs() < 2.0);
+        for direction in [DVec3::NEG_Z, DVec3::Z] {
+            let hit = world.intersect(&Ray { origin: middle - direction, direction }).unwrap();
+            assert_eq!(hit.instance, owner);
+        }
+    }
+}

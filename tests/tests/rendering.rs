@@ -79,7 +79,7 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
     let rendering = render_with_mixture(&scene, &settings, &mixture, &names, &Unobserved).unwrap();
     assert!(rendering.picture.pixels.iter().all(|p| p.is_finite()));
     let report = rendering.mlt.unwrap();
-    let counted: u64 = report.statistics.iter().map(|s| s.total().faulty).sum();
+    let counted: u64 = report.statistics.iter().flat_map(|s| s.total().faulty).sum();
     assert!(counted > 100, "{counted}");
     assert!(!report.faults.is_empty());
     for record in report.faults.iter().take(3) {

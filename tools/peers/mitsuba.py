@@ -2,7 +2,7 @@
 """Compares the stored references with Mitsuba 3, an independent renderer.
 
     pip install mitsuba numpy
-    python tools/peers/mitsuba.py [SCENE...] [--minutes 10]
+    python tools/peers/mitsuba.py [SCENE...] [--minutes 10] [--images FOLDER]
 
 Needs LLVM as a shared library. Writes reference/SCENE.mitsuba.ron; see README.md here.
 """
@@ -383,7 +383,7 @@ def render_replicas(scene, size, seconds):
     return np.array(replicas), samples * calls, time.monotonic() - start
 
 
-def compare(name, minutes):
+def compare(name, minutes, images):
     ours, our_small_blocks, our_total_variance, method = read_reference(name)
     size = (ours.shape[1], ours.shape[0])
     scene, integrator, mapped = load(name, size)
@@ -412,7 +412,8 @@ def compare(name, minutes):
     t = (our_blocks - their_blocks) / np.sqrt(our_variance + their_variance)
     block_error = float(np.median(np.sqrt(their_variance) / their_blocks))
 
-    np.savez(Path(tempfile.gettempdir()) / f"{name}.mitsuba.npz", ours=ours, theirs=replicas.mean(axis=0), t=t)
+    if images:
+        mi.Bitmap(replicas.mean(axis=0).astype(np.float32)).write(str(Path(images) / f"{name}.mitsuba.exr"))
     listed = lambda values, form: "[\n" + "".join(
         "        " + ", ".join(format(v, form) for v in row) + ",\n" for row in values
     ) + "    ]"
@@ -444,9 +445,11 @@ def compare(name, minutes):
 """
     (ROOT / "reference" / f"{name}.mitsuba.ron").write_text(text)
     agrees = abs(ratio - 1) <= max(LARGEST_MEAN_DIFFERENCE, 3 * ratio_error) and np.abs(t).max() <= LARGEST_T
+    row, column = np.unravel_index(np.abs(t).argmax(), t.shape)
     print(
-        f"{name}: mean ratio {ratio:.5f} +- {ratio_error:.5f}, largest |t| {np.abs(t).max():.2f}, block error "
-        f"{block_error:.2e}, {n} x {samples} samples a pixel in {seconds:.0f} s: {'agrees' if agrees else 'DIFFERS'}",
+        f"{name}: mean ratio {ratio:.5f} +- {ratio_error:.5f}, largest |t| {np.abs(t).max():.2f} in row {row}, column "
+        f"{column}, block error {block_error:.2e}, {n} x {samples} samples a pixel in {seconds:.0f} s: "
+        f"{'agrees' if agrees else 'DIFFERS'}",
         flush=True,
     )
     return agrees
@@ -456,8 +459,9 @@ def main():
     parser = argparse.ArgumentParser(description="Compares the stored references with Mitsuba 3.")
     parser.add_argument("scenes", nargs="*", metavar="SCENE", default=SCENES)
     parser.add_argument("--minutes", type=float, default=10.0, help="time for each scene")
+    parser.add_argument("--images", metavar="FOLDER", help="keep Mitsuba's pictures here")
     options = parser.parse_args()
-    agreed = [compare(name, options.minutes) for name in options.scenes]
+    agreed = [compare(name, options.minutes, options.images) for name in options.scenes]
     return 0 if all(agreed) else 1
 
 

@@ -84,7 +84,7 @@ fn attributes(scene: &str, settings: &Settings, rendering: &Rendering) -> Vec<(&
         ("ergodic.method", text(settings.method.name())),
         ("ergodic.seconds", Attribute::Number(rendering.seconds)),
         ("ergodic.samples_per_pixel", Attribute::Number(rendering.samples_per_pixel)),
-        ("ergodic.rays", Attribute::Number(rendering.rays as f64)),
+        ("ergodic.rays", Attribute::Number(rendering.counts.rays as f64)),
     ];
     if let Some(report) = &rendering.mlt {
         list.push(("ergodic.mutations", Attribute::Number(report.mutations as f64)));

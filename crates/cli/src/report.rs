@@ -1,10 +1,12 @@
 //! What a render did: as JSON for programs, as a table for people.
 
+use ergodic_metropolis::Fault;
 use ergodic_mutations::Rejection;
+use ergodic_pathspace::stability::{LeftOut, Place};
 use ergodic_render::statistics::{MutationStatistics, Tally};
 use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Settings};
 use serde::Serialize;
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::progress::human_time;
 use crate::{config, table};
@@ -31,12 +33,76 @@ pub struct Stats {
     rays_per_second: f64,
     /// Mean radiance of the picture, for each channel.
     mean: [f64; 3],
-    /// Contributions that were not finite and were left out of the picture.
-    refused_splats: u64,
+    stability: StabilityStats,
     #[serde(flatten)]
     mlt: Option<MltStats>,
     /// All settings, in RON.
     config: String,
+}
+
+/// Contributions that were not finite, or negative, and were left out.
+#[derive(Debug, Serialize)]
+struct StabilityStats {
+    /// 0 in a correct renderer.
+    total: u64,
+    /// Where independent samples and splats went wrong.
+    by_place: Map<String, Value>,
+    /// Proposals whose contribution, density, or density of the way back was no number, or whose contribution was negative.
+    by_mutation: Map<String, Value>,
+}
+
+impl StabilityStats {
+    fn new(rendering: &Rendering) -> Self {
+        let stability = rendering.counts.stability;
+        let place = |place: &Place| {
+            let LeftOut { non_finite, negative } = stability.at(*place);
+            (place.name().to_string(), json!({ "non_finite": non_finite, "negative": negative }))
+        };
+        let mutation = |statistics: &MutationStatistics| {
+            let faulty = statistics.total().faulty;
+            let counts = Fault::ALL.iter().zip(faulty).map(|(fault, n)| (fault.name().to_string(), n.into()));
+            (statistics.name.to_string(), Value::Object(counts.collect()))
+        };
+        Self {
+            total: irregular(rendering),
+            by_place: Place::ALL.iter().map(place).collect(),
+            by_mutation: statistics(rendering).iter().map(mutation).collect(),
+        }
+    }
+}
+
+fn statistics(rendering: &Rendering) -> &[MutationStatistics] {
+    rendering.mlt.as_ref().map_or(&[], |report| &report.statistics)
+}
+
+/// How much was left out because it was no contribution.
+fn irregular(rendering: &Rendering) -> u64 {
+    let faulty: u64 = statistics(rendering).iter().flat_map(|s| s.total().faulty).sum();
+    rendering.counts.stability.total() + faulty
+}
+
+/// What was left out, by place and mutation, in words.
+fn stability_line(rendering: &Rendering) -> String {
+    let total = irregular(rendering);
+    if total == 0 {
+        return "stability: every contribution was finite and none negative".into();
+    }
+    let stability = rendering.counts.stability;
+    let mut parts = Vec::new();
+    for place in Place::ALL {
+        let LeftOut { non_finite, negative } = stability.at(place);
+        for (count, what) in [(non_finite, "not finite"), (negative, "negative")] {
+            if count > 0 {
+                parts.push(format!("{} {count} {what}", place.name()));
+            }
+        }
+    }
+    for statistics in statistics(rendering) {
+        for (fault, count) in Fault::ALL.iter().zip(statistics.total().faulty).filter(|(_, count)| *count > 0) {
+            parts.push(format!("{} {count} {}", statistics.name, fault.name()));
+        }
+    }
+    format!("warning: {total} contributions were left out, so the picture is too dark: {}", parts.join(", "))
 }
 
 #[derive(Debug, Serialize)]
@@ -139,7 +205,7 @@ impl TallyStats {
         Self {
             proposed: tally.proposed,
             not_built: reasons.map(|(reason, count)| (reason.name().to_string(), count.into())).collect(),
-            faulty: tally.faulty,
+            faulty: tally.faulty.iter().sum(),
             accepted: tally.accepted,
             acceptance: tally.acceptance(),
             mean_jump_pixels: tally.mean_jump_pixels(),
@@ -170,7 +236,7 @@ fn fault(record: &FaultRecord, statistics: &[MutationStatistics]) -> FaultStats 
         chain: record.chain,
         step: record.step,
         mutation: statistics.get(record.mutation).map_or_else(String::new, |s| s.name.to_string()),
-        density: format!("{:?}", record.fault),
+        density: record.fault.name().into(),
         class: record.class.to_string(),
     }
 }
@@ -212,10 +278,10 @@ impl Stats {
             wall_seconds: rendering.seconds,
             threads: rendering.threads,
             samples_per_pixel: rendering.samples_per_pixel,
-            rays: rendering.rays,
-            rays_per_second: rate(rendering.rays, rendering.seconds),
+            rays: rendering.counts.rays,
+            rays_per_second: rate(rendering.counts.rays, rendering.seconds),
             mean: rendering.picture.mean().to_array(),
-            refused_splats: rendering.refused,
+            stability: StabilityStats::new(rendering),
             mlt: rendering.mlt.as_ref().map(MltStats::new),
             config: config::to_ron(settings),
         }
@@ -236,7 +302,7 @@ pub fn summary(rendering: &Rendering) -> Vec<String> {
         human_time(rendering.seconds),
         table::count(rendering.samples_per_pixel),
         if rendering.mlt.is_some() { "mutations" } else { "samples" },
-        table::count(rate(rendering.rays, rendering.seconds)),
+        table::count(rate(rendering.counts.rays, rendering.seconds)),
         rendering.threads,
         if rendering.threads == 1 { "thread" } else { "threads" },
     )];
@@ -256,9 +322,7 @@ pub fn summary(rendering: &Rendering) -> Vec<String> {
         lines.extend(mixing_table(&report.mixing));
         lines.extend(report.mixing.warnings.iter().map(|warning| format!("warning: {warning}")));
     }
-    if rendering.refused > 0 {
-        lines.push(format!("{} contributions were not finite and were left out", rendering.refused));
-    }
+    lines.push(stability_line(rendering));
     lines
 }
 
@@ -297,7 +361,7 @@ fn mutation_table(report: &MltReport) -> Vec<String> {
             tally.acceptance().map_or("-".into(), table::percent),
             or_none(tally.mean_jump_pixels(), 1),
             or_none(tally.ns_per_proposal(), 0),
-            tally.faulty.to_string(),
+            tally.faulty.iter().sum::<u64>().to_string(),
             reasons.collect::<Vec<_>>().join(", "),
         ]
     };

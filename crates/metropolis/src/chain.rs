@@ -13,6 +13,20 @@ pub enum Fault {
     Backward,
 }
 
+impl Fault {
+    /// All faults, in the order in which tables show them.
+    pub const ALL: [Self; 3] = [Self::Target, Self::Forward, Self::Backward];
+
+    /// A name for tables and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Target => "target",
+            Self::Forward => "forward",
+            Self::Backward => "backward",
+        }
+    }
+}
+
 /// What one transition did. Statistics and splats are folds over these.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step<P, F> {

@@ -4,6 +4,7 @@ use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{Component, Rgb};
 use glam::DVec2;
 
+use crate::stability::{Place, is_usable, is_usable_number};
 use crate::subpath::{End, Roulette, Subpath};
 use crate::{Edge, Path, Scene, Vertex};
 
@@ -88,9 +89,6 @@ impl BidirectionalSampler {
     /// Connects the first `s` vertices of the light walk with the first `t` of the eye walk.
     pub fn connect(&self, scene: &Scene, s: usize, t: usize) -> Option<Connection> {
         let (estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };
-        if estimate.max_element() <= 0.0 || !estimate.is_finite() {
-            return None;
-        }
         let raster = if t == 1 {
             let eye_side = &self.eye.vertices[0];
             let edge = Edge::new(scene, &self.light.vertices[s - 1], eye_side);
@@ -99,6 +97,9 @@ impl BidirectionalSampler {
             scene.camera().raster(-self.eye.edges[0].direction)?
         };
         let weight = joint.weight(&self.roulette);
+        if !is_usable_number(Place::Weight, weight) {
+            return None;
+        }
         Some(Connection { s, t, estimate, weight, raster })
     }
 
@@ -113,14 +114,14 @@ impl BidirectionalSampler {
             return None;
         }
         let towards = eye.edges[t - 2].direction;
-        let radiance = scene.emitted(vertex, towards);
-        if radiance.max_element() <= 0.0 {
+        let estimate = eye.throughput[t - 1] * scene.emitted(vertex, towards);
+        if !is_usable(Place::Connection, estimate) || estimate.max_element() <= 0.0 {
             return None;
         }
         let before = scene.emission_pdf(vertex, towards) * eye.edges[t - 2].to_eye_side;
         let from_light = [scene.emitter_pdf_area(vertex), before];
         let joint = Joint { light: &self.light, eye, s: 0, t, from_light, from_eye: [0.0; 2] };
-        Some((eye.throughput[t - 1] * radiance, joint))
+        Some((estimate, joint))
     }
 
     /// s > 0: a connecting edge between the two walks.
@@ -145,7 +146,10 @@ impl BidirectionalSampler {
         };
         let estimate =
             light.throughput[s - 1] * from_y * (edge.geometry * edge.transmittance) * from_z * eye.throughput[t - 1];
-        if estimate.max_element() <= 0.0 || !scene.mutually_visible(y, z) {
+        if !is_usable(Place::Connection, estimate)
+            || estimate.max_element() <= 0.0
+            || !scene.mutually_visible(y, z)
+        {
             return None;
         }
         let pdf_y_to_z = if s == 1 { scene.emission_pdf(y, w) } else { rough_pdf(y, -light.edges[s - 2].direction, w) };

@@ -11,6 +11,7 @@ mod lights;
 mod path;
 mod scene;
 mod space;
+pub mod stability;
 mod subpath;
 mod vertex;
 

@@ -45,7 +45,8 @@ impl Target for LuminanceTarget<'_> {
             return Measured { ln_luminance: f64::NEG_INFINITY, color: Rgb::ZERO, raster: DVec2::ZERO };
         };
         let f = contribution(self.scene, x);
-        let luminance = luminance(f.rgb);
+        // A negative channel is as wrong as one that is no number, though the luminance may hide it.
+        let luminance = if f.rgb.min_element() < 0.0 { f64::NAN } else { luminance(f.rgb) };
         Measured { ln_luminance: luminance.ln() + f.ln_scale, color: f.rgb / luminance, raster }
     }
 

@@ -1,8 +1,9 @@
 //! Random walks from a light or from the eye (Veach 10.1), with the densities and throughputs that connections need.
 
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Rgb, luminance};
+use ergodic_scattering::{Component, Rgb};
 
+use crate::stability::{Place, is_usable};
 use crate::{Edge, Scene, Vertex};
 
 /// When random walks are ended early.
@@ -82,6 +83,13 @@ impl Subpath {
         }
     }
 
+    fn place(&self) -> Place {
+        match self.end {
+            End::Light => Place::LightWalk,
+            End::Eye => Place::EyeWalk,
+        }
+    }
+
     /// The unit direction of travel along an edge of this walk.
     fn travel(&self, edge: &Edge) -> glam::DVec3 {
         match self.end {
@@ -138,7 +146,7 @@ impl Subpath {
         let pdf_area = pdf * self.to_area(&edge);
         let throughput =
             self.throughput[i] * scattered * (edge.transmittance * (edge.geometry / (pdf_area * survival)));
-        if luminance(throughput).is_nan() || throughput.max_element() <= 0.0 || !throughput.is_finite() {
+        if !is_usable(self.place(), throughput) || throughput.max_element() <= 0.0 {
             return None;
         }
         if i >= 1 {

@@ -3,6 +3,7 @@
 
 mod bidirectional;
 mod chain_runner;
+mod counts;
 mod film;
 mod layers;
 mod mixing;
@@ -18,6 +19,7 @@ mod streams;
 
 pub use bidirectional::BidirectionalPathTracer;
 pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+pub use counts::Counts;
 pub use film::{Film, Picture};
 pub use layers::{Layers, PixelCounts};
 pub use mixing::{Mixing, MixingReport, R_HAT_LIMIT, Stay};
@@ -49,12 +51,10 @@ pub struct Rendering {
     pub seconds: f64,
     /// Threads used.
     pub threads: usize,
-    /// Rays traced, shadow rays included.
-    pub rays: u64,
+    /// What was traced and left out.
+    pub counts: Counts,
     /// Samples taken in each pixel (path, bidirectional) or mutations a pixel (mlt).
     pub samples_per_pixel: f64,
-    /// Contributions that were not finite and were left out.
-    pub refused: u64,
     /// What Metropolis light transport found.
     pub mlt: Option<MltReport>,
 }
@@ -68,6 +68,12 @@ pub enum RenderError {
     /// The mixture is empty.
     #[error("mlt.mutations: {0}")]
     Mixture(#[from] MixtureError),
+    /// Seeding found no path that carries light, and there is no direct light either.
+    #[error(
+        "{0}: the picture would be black; is a light switched on, and does the camera see anything that it reaches? If it is a \
+         very rare path, raise mlt.seeding.max_samples"
+    )]
+    Dark(String),
     /// No worker threads.
     #[error("cannot start {threads} threads: {reason}; give a smaller number")]
     Threads {
@@ -101,7 +107,7 @@ where
 {
     settings.validate().map_err(RenderError::Settings)?;
     let start = Instant::now();
-    let mut rendering = metropolis(scene, settings, mixture, names, start, observer);
+    let mut rendering = metropolis(scene, settings, mixture, names, start, observer)?;
     rendering.seconds = start.elapsed().as_secs_f64();
     rendering.threads = rayon::current_num_threads();
     Ok(rendering)
@@ -109,7 +115,7 @@ where
 
 /// Number of parts into which work is cut. It depends on the picture only, never on the number of threads.
 pub(crate) fn batches(width: u32, height: u32) -> usize {
-    let film = width as usize * height as usize * size_of::<ergodic_scattering::Rgb>();
+    let film = width as usize * height as usize * film::BYTES_PER_PIXEL;
     (FILM_MEMORY / film).clamp(2, MAX_BATCHES)
 }
 
@@ -138,7 +144,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
             Method::Mlt => {
                 let mixture = Mixture::new(settings.mlt.mutations.clone())?;
                 let names = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
-                Ok(metropolis(scene, settings, &mixture, &names, start, observer))
+                metropolis(scene, settings, &mixture, &names, start, observer)
             }
         }
     })?;
@@ -168,9 +174,8 @@ fn independent(
         method: settings.method,
         seconds: 0.0,
         threads: 0,
-        rays: sampled.rays,
+        counts: sampled.counts,
         samples_per_pixel: sampled.passes as f64,
-        refused: sampled.film.refused(),
         mlt: None,
     }
 }
@@ -182,19 +187,18 @@ fn metropolis<M>(
     names: &[&'static str],
     start: Instant,
     observer: &dyn Observer,
-) -> Rendering
+) -> Result<Rendering, RenderError>
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
 {
-    let rendered = mlt::render(scene, settings, mixture, names, start, observer);
-    Rendering {
+    let rendered = mlt::render(scene, settings, mixture, names, start, observer)?;
+    Ok(Rendering {
         picture: rendered.picture,
         method: settings.method,
         seconds: 0.0,
         threads: 0,
-        rays: rendered.rays,
+        counts: rendered.counts,
         samples_per_pixel: rendered.report.mutations as f64 / scene.camera().image_area_pixels(),
-        refused: rendered.refused,
         mlt: Some(rendered.report),
-    }
+    })
 }

@@ -6,10 +6,12 @@ use std::time::{Duration, Instant};
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
+use ergodic_scattering::Rgb;
 use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+use crate::counts::{Counts, counted};
 use crate::layers::{self, Layers, PixelCounts};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Unobserved, Until};
@@ -17,7 +19,7 @@ use crate::sampling::sample_image;
 use crate::seeding::Seeds;
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
-use crate::{Budget, Direct, Film, Picture, Settings, batches};
+use crate::{Budget, Direct, Film, Picture, RenderError, Settings, batches};
 
 /// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
 const ROUND: u64 = 256;
@@ -62,18 +64,19 @@ pub struct MltReport {
 struct Batch {
     runners: Vec<ChainRunner>,
     ledger: Ledger,
-    rays: u64,
+    counts: Counts,
 }
 
-/// The picture, the report, the rays traced and the splats refused.
+/// The picture, the report, and what was traced and left out.
 pub(crate) struct Rendered {
     pub(crate) picture: Picture,
     pub(crate) report: MltReport,
-    pub(crate) rays: u64,
-    pub(crate) refused: u64,
+    pub(crate) counts: Counts,
 }
 
 /// Renders with any mixture of path mutations; `names` has one entry for each member.
+///
+/// A picture that would be all black is an error: there is nothing that a chain could start from.
 pub(crate) fn render<M>(
     scene: &Arc<Scene>,
     settings: &Settings,
@@ -81,7 +84,7 @@ pub(crate) fn render<M>(
     names: &[&'static str],
     start: Instant,
     observer: &dyn Observer,
-) -> Rendered
+) -> Result<Rendered, RenderError>
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
 {
@@ -106,8 +109,7 @@ where
     let seeding_seconds = seeding_start.elapsed().as_secs_f64();
 
     let direct_start = Instant::now();
-    let mut rays = seeds.rays;
-    let mut refused = seeds.refused;
+    let mut counts = seeds.counts;
     let mut picture = Film::new(width, height, filter).develop(0.0);
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
         let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
@@ -121,10 +123,16 @@ where
             (Stage::Direct, &until(SEEDING_SHARE + DIRECT_SHARE)),
         );
         picture.add(&sampled.picture(scene));
-        rays += sampled.rays;
-        refused += sampled.film.refused();
+        counts += sampled.counts;
     }
     let direct_seconds = direct_start.elapsed().as_secs_f64();
+    let no_seed = (seeds.b <= 0.0 && lengths.min_edges <= lengths.max_edges).then(|| {
+        let (samples, min_edges) = (seeds.samples(), lengths.min_edges);
+        format!("no path of {min_edges} or more edges that carries light was found in {samples} samples")
+    });
+    if let Some(reason) = no_seed.as_ref().filter(|_| picture.mean() == Rgb::ZERO && !observer.should_stop()) {
+        return Err(RenderError::Dark(reason.clone()));
+    }
 
     let mutation_start = Instant::now();
     let space = PathSpace { scene: Arc::clone(scene), lengths };
@@ -142,7 +150,8 @@ where
     }
     let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
     let parts: Vec<&[MutationStatistics]> = work.iter().map(|batch| &batch.ledger.mutations[..]).collect();
-    let mixing = mixing::report(&traces, steps, &parts);
+    let mut mixing = mixing::report(&traces, steps, &parts);
+    mixing.warnings.splice(0..0, no_seed);
     let part_scale =
         |batch: &Batch| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * batch.runners.len() as f64);
     let parts: Vec<_> = work
@@ -157,13 +166,12 @@ where
             sum.add(more);
         }
         faults.extend_from_slice(&batch.ledger.faults);
-        rays += batch.rays;
+        counts += batch.counts;
     }
     if mutations > 0 {
         // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
         picture.add(&film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
     }
-    refused += film.refused();
     let report = MltReport {
         b: seeds.b,
         b_relative_error: seeds.relative_error,
@@ -178,7 +186,7 @@ where
         statistics,
         faults,
     };
-    Rendered { picture, report, rays, refused }
+    Ok(Rendered { picture, report, counts })
 }
 
 /// Lengths of the paths that the chains sample.
@@ -208,7 +216,7 @@ fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &
                 none_suitable: 0,
                 counts: settings.mlt.layers.then(|| PixelCounts::new(width, height)),
             },
-            rays: 0,
+            counts: Counts::default(),
         })
         .collect();
     for (index, path) in starts.into_iter().enumerate() {
@@ -244,11 +252,12 @@ where
     loop {
         let round = wanted.map_or(ROUND, |wanted| ROUND.min(wanted - steps));
         work.par_iter_mut().for_each(|batch| {
-            let before = ergodic_pathspace::rays_traced();
-            for runner in &mut batch.runners {
-                runner.run(round, mixture, space, &mut batch.ledger);
-            }
-            batch.rays += ergodic_pathspace::rays_traced() - before;
+            let ((), counts) = counted(|| {
+                for runner in &mut batch.runners {
+                    runner.run(round, mixture, space, &mut batch.ledger);
+                }
+            });
+            batch.counts += counts;
         });
         steps += round;
         let done = match (wanted, budget) {

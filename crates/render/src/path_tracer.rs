@@ -1,6 +1,7 @@
 //! Path tracing from the eye with next-event estimation, both weighted by the power heuristic (Veach 9, 10.3).
 
 use ergodic_metropolis::RandomSource;
+use ergodic_pathspace::stability::{Place, is_usable};
 use ergodic_pathspace::{Edge, Lengths, Roulette, Scene, Vertex};
 use ergodic_scattering::{Component, Rgb};
 use glam::DVec2;
@@ -37,7 +38,10 @@ fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64
     let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);
     let emitted = scene.emitted(&light, edge.direction);
     let carried = scattering * emitted * edge.transmittance * edge.geometry;
-    if !carried.is_finite() || carried.max_element() <= 0.0 || !scene.mutually_visible(&light, vertex) {
+    if !is_usable(Place::NextEvent, carried)
+        || carried.max_element() <= 0.0
+        || !scene.mutually_visible(&light, vertex)
+    {
         return Rgb::ZERO;
     }
     let density = scene.emitter_pdf_area(&light);
@@ -85,7 +89,7 @@ impl Estimator for PathTracer {
             let cosine = before.interaction.ng.dot(w_light).abs();
             let scattering = before.interaction.eval(w_light, w_eye, component);
             throughput *= scattering * edge.transmittance * (cosine / (pdf * survival));
-            if !throughput.is_finite() || throughput.max_element() <= 0.0 {
+            if !is_usable(Place::EyeWalk, throughput) || throughput.max_element() <= 0.0 {
                 break;
             }
             pdf_walk = (component == Component::Rough).then_some(pdf * edge.to_light_side * survival);

@@ -9,6 +9,7 @@ use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
 use rayon::prelude::*;
 
+use crate::counts::{Counts, counted};
 use crate::observer::{Observer, Stage};
 use crate::streams::{Purpose, stream};
 use crate::{Budget, Film, batches};
@@ -44,7 +45,7 @@ struct Batch<E> {
     estimator: E,
     rng: Pcg64Dxsm,
     film: Film,
-    rays: u64,
+    counts: Counts,
 }
 
 /// What sampling came to.
@@ -56,8 +57,8 @@ pub struct Sampled {
     pub passes: u64,
     /// Number of samples.
     pub samples: u64,
-    /// Rays traced.
-    pub rays: u64,
+    /// What was traced and left out.
+    pub counts: Counts,
 }
 
 impl Sampled {
@@ -85,12 +86,15 @@ pub fn sample_image<E: Estimator>(
             estimator: estimator.clone(),
             rng: stream(seed, purpose, index as u64),
             film: Film::new(width, height, filter),
-            rays: 0,
+            counts: Counts::default(),
         })
         .collect();
     let mut passes = 0;
     loop {
-        work.par_iter_mut().for_each(|batch| batch.pass(scene, (width, height), count));
+        work.par_iter_mut().for_each(|batch| {
+            let ((), counts) = counted(|| batch.pass(scene, (width, height), count));
+            batch.counts += counts;
+        });
         passes += 1;
         let done = match budget {
             Budget::SamplesPerPixel(samples) => passes as f64 / samples.ceil(),
@@ -102,16 +106,17 @@ pub fn sample_image<E: Estimator>(
         }
     }
     let mut film = Film::new(width, height, filter);
+    let mut counts = Counts::default();
     for batch in &work {
         film.add(&batch.film);
+        counts += batch.counts;
     }
     let samples = passes * u64::from(width) * u64::from(height);
-    Sampled { film, passes, samples, rays: work.iter().map(|batch| batch.rays).sum() }
+    Sampled { film, passes, samples, counts }
 }
 
 impl<E: Estimator> Batch<E> {
     fn pass(&mut self, scene: &Scene, (width, height): (u32, u32), step: usize) {
-        let before = ergodic_pathspace::rays_traced();
         for y in (self.first_row..height).step_by(step) {
             for x in 0..width {
                 let mut cell = |i: u32, n: u32| (f64::from(i) + self.rng.uniform()) / f64::from(n);
@@ -121,6 +126,5 @@ impl<E: Estimator> Batch<E> {
                 self.estimator.sample(scene, &mut rng, |raster, color| film.splat(raster, color));
             }
         }
-        self.rays += ergodic_pathspace::rays_traced() - before;
     }
 }

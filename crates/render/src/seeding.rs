@@ -2,11 +2,13 @@
 //! weight, become the chains' first paths. Both from the same samples, so that the whole estimator is unbiased.
 
 use ergodic_metropolis::RandomSource;
+use ergodic_pathspace::stability::{Place, is_usable_number};
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
 use ergodic_scattering::luminance;
 use rayon::prelude::*;
 
 use crate::Seeding;
+use crate::counts::{Counts, counted};
 use crate::observer::{Observer, Stage};
 use crate::streams::{Purpose, stream};
 
@@ -23,10 +25,8 @@ pub struct Seeds {
     pub b: f64,
     /// Standard error of b over b.
     pub relative_error: f64,
-    /// Rays traced.
-    pub rays: u64,
-    /// Samples whose weight was not a finite number; they count as 0.
-    pub refused: u64,
+    /// What was traced and left out; a sample that was left out counts as 0.
+    pub counts: Counts,
     seed: u64,
     lengths: Lengths,
     roulette: Roulette,
@@ -43,7 +43,7 @@ impl Seeds {
         observer: &dyn Observer,
     ) -> Self {
         let mut seeds =
-            Self { weights: Vec::new(), b: 0.0, relative_error: 1.0, rays: 0, refused: 0, seed, lengths, roulette };
+            Self { weights: Vec::new(), b: 0.0, relative_error: 1.0, counts: Counts::default(), seed, lengths, roulette };
         let (mut sum, mut sum_of_squares) = (0.0, 0.0);
         if lengths.min_edges > lengths.max_edges {
             // No path is asked for, so b is exactly 0.
@@ -52,22 +52,17 @@ impl Seeds {
         }
         loop {
             let first = seeds.weights.len() as u64;
-            let chunks: Vec<(Vec<f64>, u64)> = (0..CHUNKS)
+            let chunks: Vec<(Vec<f64>, Counts)> = (0..CHUNKS)
                 .into_par_iter()
                 .map(|chunk| {
-                    let before = ergodic_pathspace::rays_traced();
                     let mut sampler = BidirectionalSampler::new(lengths, roulette);
                     let start = first + chunk * CHUNK;
-                    let weights = (start..start + CHUNK).map(|index| weigh(scene, &mut sampler, seed, index)).collect();
-                    (weights, ergodic_pathspace::rays_traced() - before)
+                    counted(|| (start..start + CHUNK).map(|index| weigh(scene, &mut sampler, seed, index)).collect())
                 })
                 .collect();
-            for (weights, rays) in chunks {
-                seeds.rays += rays;
+            for (weights, counts) in chunks {
+                seeds.counts += counts;
                 for weight in weights {
-                    let finite = weight.is_finite();
-                    seeds.refused += u64::from(!finite);
-                    let weight = if finite { weight } else { 0.0 };
                     sum += weight;
                     sum_of_squares += weight * weight;
                     seeds.weights.push(weight);
@@ -129,10 +124,10 @@ impl Seeds {
     }
 }
 
-/// The luminance of all that one sample found.
+/// The luminance of all that one sample found; 0 if that is no number.
 fn weigh(scene: &Scene, sampler: &mut BidirectionalSampler, seed: u64, index: u64) -> f64 {
     let mut sum = 0.0;
     let mut rng = stream(seed, Purpose::Seeding, index);
     sampler.sample(scene, &mut rng, |_, connection| sum += luminance(connection.contribution()));
-    sum
+    if is_usable_number(Place::Seed, sum) { sum } else { 0.0 }
 }

@@ -11,8 +11,8 @@ pub struct Tally {
     pub proposed: u64,
     /// Proposals that could not be built, by the index of [`Rejection::ALL`].
     pub not_built: [u64; Rejection::ALL.len()],
-    /// Proposals rejected because a density was not a number.
-    pub faulty: u64,
+    /// Proposals rejected because a density was not a number or the contribution negative, by the index of [`Fault::ALL`].
+    pub faulty: [u64; Fault::ALL.len()],
     /// Proposals accepted.
     pub accepted: u64,
     /// Sum of acceptance probabilities.
@@ -31,7 +31,9 @@ impl Tally {
         for (sum, more) in self.not_built.iter_mut().zip(&other.not_built) {
             *sum += more;
         }
-        self.faulty += other.faulty;
+        for (sum, more) in self.faulty.iter_mut().zip(&other.faulty) {
+            *sum += more;
+        }
         self.accepted += other.accepted;
         self.acceptance_sum += other.acceptance_sum;
         self.jump_sum += other.jump_sum;
@@ -119,7 +121,7 @@ impl MutationStatistics {
         tally.proposed += 1;
         match outcome {
             Outcome::NotBuilt(reason) => tally.not_built[reason as usize] += 1,
-            Outcome::Faulty(_) => tally.faulty += 1,
+            Outcome::Faulty(fault) => tally.faulty[fault as usize] += 1,
             Outcome::Tried { acceptance, accepted, jump } => {
                 tally.acceptance_sum += acceptance;
                 tally.accepted += u64::from(accepted);
@@ -197,6 +199,9 @@ mod tests {
     fn reasons_are_counted_in_the_order_of_their_list() {
         for (i, reason) in Rejection::ALL.into_iter().enumerate() {
             assert_eq!(reason as usize, i);
+        }
+        for (i, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(fault as usize, i);
         }
     }
 }

@@ -83,7 +83,7 @@ fn write_one(plan: &Plan) -> Result<(), String> {
     let start = Instant::now();
     let renderings = render_replicas(&Arc::new(scene), &settings, REPLICAS, &Lines).map_err(|e| e.to_string())?;
     let seconds = start.elapsed().as_secs_f64();
-    let refused: u64 = renderings.iter().map(|r| r.refused).sum();
+    let refused: u64 = renderings.iter().map(|r| r.counts.stability.total()).sum();
     let images: Vec<Image> = renderings
         .iter()
         .map(|r| Image {

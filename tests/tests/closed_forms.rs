@@ -3,6 +3,8 @@
 //!
 //! - A closed room that emits L everywhere and has albedo a: paths of k edges carry L a^(k-1), whatever its form (Veach
 //!   1997, chapter 4: the Neumann series).
+//! - Parallel plates without end, albedos a and b, of which the first emits L: the second has radiance b L (a b)^(k/2 - 1)
+//!   from paths of k edges, k even.
 //! - A sphere of radius R that emits L, its centre at distance D, wholly above the horizon: E = pi L (R/D)^2 cos(theta)
 //!   (Modest, Radiative Heat Transfer, chapter 4).
 //! - A rectangle a x b in a parallel plane at distance c, one corner opposite the point: with A = a/c, B = b/c,
@@ -27,11 +29,11 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
-use ergodic_pathspace::{CameraDescription, Placement, Scene, SceneDescription};
+use ergodic_pathspace::Scene;
 use ergodic_render::{Budget, Direct, Method, Picture, Settings, Unobserved, render_replicas};
 use ergodic_scattering::{Material, PunctualLight, Rgb};
-use ergodic_tests::{quad, view_of};
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, mirror, nightly, quad, scene_of, sphere};
+use glam::{DVec2, DVec3};
 
 /// Pixels on a side; even, for the halves.
 const SIDE: u32 = 16;
@@ -57,100 +59,9 @@ struct Region {
 const REGIONS: [Region; 2] =
     [Region { name: "whole", width: 1.0, fault: 0.03 }, Region { name: "left half", width: 0.5, fault: 0.06 }];
 
-/// A camera and what it looks at.
-#[derive(Clone, Copy)]
-struct Eye {
-    from: DVec3,
-    at: DVec3,
-    up: DVec3,
-    /// Full field of view, horizontal and vertical, in radians.
-    fov: f64,
-}
-
-impl Eye {
-    /// One that sees a square of the plane through `at`, 2 `half` wide and perpendicular to its view.
-    fn over(from: DVec3, at: DVec3, up: DVec3, half: f64) -> Self {
-        Self { from, at, up, fov: 2.0 * (half / from.distance(at)).atan() }
-    }
-
-    /// Right, up and backward.
-    fn axes(&self) -> DMat3 {
-        let z = (self.from - self.at).normalize();
-        let x = self.up.cross(z).normalize();
-        DMat3::from_cols(x, z.cross(x), z)
-    }
-
-    /// The point of the plane through `at`, perpendicular to the view, that is seen at `p` in shares of the picture.
-    fn sees(&self, p: DVec2) -> DVec3 {
-        let axes = self.axes();
-        let width = 2.0 * (0.5 * self.fov).tan() * self.from.distance(self.at);
-        self.at + (axes.x_axis * (p.x - 0.5) - axes.y_axis * (p.y - 0.5)) * width
-    }
-
-    fn description(&self) -> CameraDescription {
-        let transform = DAffine3 { matrix3: self.axes(), translation: self.from };
-        CameraDescription { name: String::new(), transform, vertical_fov: self.fov }
-    }
-}
-
 /// Things and lights, seen by an eye.
-fn scene(things: Vec<(Mesh, Material)>, lights: Vec<PunctualLight>, eye: &Eye) -> Arc<Scene> {
-    let (meshes, materials): (Vec<_>, Vec<_>) = things.into_iter().unzip();
-    let placements =
-        (0..meshes.len()).map(|i| Placement { mesh: i, material: i, transform: DAffine3::IDENTITY }).collect();
-    let cameras = vec![eye.description()];
-    let description =
-        SceneDescription { meshes, placements, materials, lights, cameras, ..SceneDescription::default() };
-    view_of(description, (SIDE, SIDE))
-}
-
-/// Lambert's surface, which may emit from its front.
-fn diffuse(albedo: f64, emission: f64) -> Material {
-    Material {
-        metallic: 0.0,
-        specular: 0.0,
-        base_color: Rgb::splat(albedo),
-        emission: Rgb::splat(emission),
-        ..Material::default()
-    }
-}
-
-/// A box about the origin whose front is its outside, or its inside.
-fn cuboid(half: DVec3, inward: bool) -> Mesh {
-    let corner = |i: u32| DVec3::from_array(std::array::from_fn(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
-    let mut triangles = Vec::new();
-    for axis in 0..3 {
-        let (u, v) = (1 << ((axis + 1) % 3), 1 << ((axis + 2) % 3));
-        for side in [0, 1] {
-            let [a, b, c, d] = [0, u, u | v, v].map(|i| i | side << axis);
-            triangles.extend(if (side == 1) != inward { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
-        }
-    }
-    Mesh { positions: (0..8).map(|i| half * corner(i)).collect(), triangles, ..Mesh::default() }
-}
-
-/// A sphere of `slices` by half as many stacks, its poles on the z axis; its front is its outside, or its inside.
-fn sphere(centre: DVec3, radius: f64, slices: u32, inward: bool) -> Mesh {
-    let stacks = slices / 2;
-    let position = |i: u32, j: u32| {
-        let (theta, phi) = (PI * f64::from(i) / f64::from(stacks), 2.0 * PI * f64::from(j) / f64::from(slices));
-        centre + radius * DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
-    };
-    let positions = (0..=stacks).flat_map(|i| (0..slices).map(move |j| position(i, j))).collect();
-    let mut triangles = Vec::new();
-    for i in 0..stacks {
-        for j in 0..slices {
-            let [a, b] = [i, i + 1].map(|i| i * slices + j);
-            let [d, c] = [i, i + 1].map(|i| i * slices + (j + 1) % slices);
-            // At a pole one triangle of the two is a point.
-            let both = [(i + 1 < stacks, [a, b, c]), (i > 0, [a, c, d])];
-            triangles.extend(both.iter().filter(|(is_triangle, _)| *is_triangle).map(|(_, triangle)| *triangle));
-        }
-    }
-    if inward {
-        triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
-    }
-    Mesh { positions, triangles, ..Mesh::default() }
+fn scene(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye) -> Arc<Scene> {
+    scene_of(things, lights, eye, SIDE)
 }
 
 /// The mean of `radiance`, given in shares of the picture, over its left `width`: the midpoint rule.
@@ -177,7 +88,7 @@ fn settings(method: Method, edges: &RangeInclusive<usize>, samples_per_pixel: f6
         seed: 1,
         min_edges: *edges.start(),
         max_edges: *edges.end(),
-        budget: Budget::SamplesPerPixel(samples_per_pixel),
+        budget: Budget::SamplesPerPixel(nightly(1.0, 16.0) * samples_per_pixel),
         ..Settings::default()
     };
     settings.mlt.chains = 64;
@@ -201,11 +112,9 @@ fn check(name: &str, scene: &Arc<Scene>, edges: RangeInclusive<usize>, samples: 
         for region in REGIONS {
             let want = mean_over(region.width, &truth);
             let found: Vec<Rgb> = replicas.iter().map(|r| picture_mean(&r.picture, region.width)).collect();
-            let n = found.len() as f64;
-            let mean = found.iter().sum::<Rgb>() / n;
-            let variance = found.iter().map(|rgb| (*rgb - mean) * (*rgb - mean)).sum::<Rgb>() / (n - 1.0);
+            let Estimate { mean, error } = Estimate::of(&found);
             // Where nothing is random, rounding is what is left.
-            let error = (variance / n).map(f64::sqrt).max(1e-9 * want);
+            let error = error.max(1e-9 * want);
             let what = format!("{name}, {edges:?} edges, {}, {method_name}", region.name);
             println!("{what}: truth {want:.5}, found {mean:.5} +- {error:.5}");
             for channel in 0..3 {
@@ -244,6 +153,28 @@ fn a_room_with_corners_is_the_same_series() {
     }
     let sum = emission * (1.0 - albedo.powi(8)) / (1.0 - albedo);
     check("room", &scene, 1..=8, USUAL, |_| Rgb::splat(sum));
+}
+
+#[test]
+fn parallel_plates_are_a_series_with_two_factors() {
+    // So wide that what leaves between them is 1e-6 of the light.
+    const WIDE: f64 = 1000.0;
+    let (emission, lower, upper) = (2.0, 0.6, 0.8);
+    let plate = |z: f64, up: bool| {
+        let (u, v) = if up { (DVec3::X, DVec3::Y) } else { (DVec3::Y, DVec3::X) };
+        quad(DVec3::new(-WIDE, -WIDE, z), u * (2.0 * WIDE), v * (2.0 * WIDE))
+    };
+    let things = vec![(plate(0.0, true), diffuse(lower, emission)), (plate(1.0, false), diffuse(upper, 0.0))];
+    // Only the lower one emits, and the upper one is seen: light has crossed an even number of times, the last edge included.
+    let eye = Eye { from: DVec3::new(0.2, 0.1, 0.3), at: DVec3::new(-0.1, 0.3, 1.0), up: DVec3::Y, fov: 0.5 };
+    let scene = scene(things, Vec::new(), &eye);
+    let radiance = |k: i32| upper * emission * (lower * upper).powi(k / 2 - 1);
+    for k in [2, 4] {
+        check("plates", &scene, k as usize..=k as usize, USUAL, |_| Rgb::splat(radiance(k)));
+    }
+    check("plates", &scene, 1..=9, USUAL, |_| Rgb::splat([2, 4, 6, 8].map(radiance).iter().sum()));
+    let odd = render_replicas(&scene, &settings(Method::Bidirectional, &(3..=3), 4.0), 1, &Unobserved).unwrap();
+    assert!(odd[0].picture.pixels.iter().all(|pixel| *pixel == Rgb::ZERO));
 }
 
 /// For the spherical light: most of it is turned away from the floor.
@@ -349,15 +280,7 @@ impl Pane {
         let emission = 4.0;
         let mut pane = cuboid(DVec3::new(4.0, 4.0, 0.5 * self.thickness), false);
         pane.positions.iter_mut().for_each(|p| p.z -= 0.5 * self.thickness);
-        let glass = Material {
-            metallic: 0.0,
-            roughness: 0.0,
-            transmission: 1.0,
-            solid: true,
-            ior: self.ior,
-            absorption: self.absorption,
-            ..Material::default()
-        };
+        let glass = Material { absorption: self.absorption, ..glass(self.ior) };
         let lamp = quad(DVec3::new(-5.0, -5.0, -1.0 - self.thickness), DVec3::X * 10.0, DVec3::Y * 10.0);
         let from = DVec3::new(self.angle.sin(), 0.0, self.angle.cos());
         // The picture is so narrow that at 60 degrees T differs by no more than 4e-4 of itself at its edge.
@@ -422,13 +345,12 @@ fn dish() -> Mesh {
 #[test]
 fn a_paraboloid_gathers_axial_light_at_its_focus() {
     let (sun, albedo, height) = (2.0, 0.8, 0.8);
-    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
     // The receiver lies below the focus and beside the dish, so that it casts no shadow on it. It is lit from below.
     let receiver = quad(DVec3::new(0.1, -0.2, height), DVec3::Y * 0.4, DVec3::X * 0.38);
     let light = PunctualLight::Directional { direction: DVec3::NEG_Z, irradiance: Rgb::splat(sun) };
     let at = DVec3::new(0.28, 0.0, height);
     let eye = Eye::over(at - DVec3::Z * 0.4, at, DVec3::Y, 0.12);
-    let scene = scene(vec![(dish(), mirror), (receiver, diffuse(albedo, 0.0))], vec![light], &eye);
+    let scene = scene(vec![(dish(), mirror()), (receiver, diffuse(albedo, 0.0))], vec![light], &eye);
     let radiance = |p: DVec2| {
         let (drop, aside) = (1.0 - height, eye.sees(p).truncate().length());
         let cos = drop / drop.hypot(aside);

@@ -146,10 +146,7 @@ impl BidirectionalSampler {
         };
         let estimate =
             light.throughput[s - 1] * from_y * (edge.geometry * edge.transmittance) * from_z * eye.throughput[t - 1];
-        if !is_usable(Place::Connection, estimate)
-            || estimate.max_element() <= 0.0
-            || !scene.mutually_visible(y, z)
-        {
+        if !is_usable(Place::Connection, estimate) || estimate.max_element() <= 0.0 || !scene.mutually_visible(y, z) {
             return None;
         }
         let pdf_y_to_z = if s == 1 { scene.emission_pdf(y, w) } else { rough_pdf(y, -light.edges[s - 2].direction, w) };

@@ -29,15 +29,8 @@ pub enum Place {
 
 impl Place {
     /// All places, in the order in which tables show them.
-    pub const ALL: [Self; 7] = [
-        Self::EyeWalk,
-        Self::LightWalk,
-        Self::Connection,
-        Self::Weight,
-        Self::NextEvent,
-        Self::Seed,
-        Self::Film,
-    ];
+    pub const ALL: [Self; 7] =
+        [Self::EyeWalk, Self::LightWalk, Self::Connection, Self::Weight, Self::NextEvent, Self::Seed, Self::Film];
 
     /// A name for tables and files.
     pub fn name(self) -> &'static str {

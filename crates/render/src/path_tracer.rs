@@ -38,9 +38,7 @@ fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64
     let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);
     let emitted = scene.emitted(&light, edge.direction);
     let carried = scattering * emitted * edge.transmittance * edge.geometry;
-    if !is_usable(Place::NextEvent, carried)
-        || carried.max_element() <= 0.0
-        || !scene.mutually_visible(&light, vertex)
+    if !is_usable(Place::NextEvent, carried) || carried.max_element() <= 0.0 || !scene.mutually_visible(&light, vertex)
     {
         return Rgb::ZERO;
     }

@@ -42,8 +42,15 @@ impl Seeds {
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
-        let mut seeds =
-            Self { weights: Vec::new(), b: 0.0, relative_error: 1.0, counts: Counts::default(), seed, lengths, roulette };
+        let mut seeds = Self {
+            weights: Vec::new(),
+            b: 0.0,
+            relative_error: 1.0,
+            counts: Counts::default(),
+            seed,
+            lengths,
+            roulette,
+        };
         let (mut sum, mut sum_of_squares) = (0.0, 0.0);
         if lengths.min_edges > lengths.max_edges {
             // No path is asked for, so b is exactly 0.

@@ -1,0 +1,68 @@
+//! Means over independent replicas, with their errors.
+
+use std::sync::Arc;
+
+use ergodic_pathspace::Scene;
+use ergodic_render::{Picture, RenderError, Rendering, Settings, Unobserved, render_replicas};
+use ergodic_scattering::Rgb;
+
+/// A mean over replicas and its standard error, for each channel.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimate {
+    /// The mean.
+    pub mean: Rgb,
+    /// Its standard error.
+    pub error: Rgb,
+}
+
+impl Estimate {
+    /// Of independent values.
+    pub fn of(values: &[Rgb]) -> Self {
+        let n = values.len() as f64;
+        let mean = values.iter().sum::<Rgb>() / n;
+        let variance = values.iter().map(|rgb| (*rgb - mean) * (*rgb - mean)).sum::<Rgb>() / (n - 1.0);
+        Self { mean, error: (variance / n).map(f64::sqrt) }
+    }
+
+    /// The greatest distance of a channel from the truth, in standard errors. Where nothing is random, rounding is what is
+    /// left.
+    pub fn z(&self, truth: Rgb) -> f64 {
+        self.z_against(&Self { mean: truth, error: 1e-9 * truth.abs() })
+    }
+
+    /// The greatest distance of a channel from another estimate, in standard errors of the difference.
+    pub fn z_against(&self, other: &Self) -> f64 {
+        let error = (self.error * self.error + other.error * other.error).map(f64::sqrt);
+        let difference = (self.mean - other.mean).abs();
+        (0..3).filter(|c| difference[*c] > 0.0).map(|c| difference[c] / error[c]).fold(0.0, f64::max)
+    }
+
+    /// The greatest relative error of a channel that is not black.
+    pub fn relative_error(&self) -> f64 {
+        (0..3).filter(|c| self.mean[*c] > 0.0).map(|c| self.error[c] / self.mean[c]).fold(0.0, f64::max)
+    }
+}
+
+/// Renders replicas and takes the mean of what `of` says of each picture. What went wrong with a contribution is an error.
+pub fn estimate(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    replicas: usize,
+    of: impl Fn(&Picture) -> Rgb,
+) -> Result<Estimate, RenderError> {
+    let renderings = render_replicas(scene, settings, replicas, &Unobserved)?;
+    let left_out: u64 = renderings.iter().map(left_out).sum();
+    assert_eq!(left_out, 0, "contributions were not finite, or negative");
+    Ok(Estimate::of(&renderings.iter().map(|rendering| of(&rendering.picture)).collect::<Vec<_>>()))
+}
+
+/// Contributions and proposals of a rendering that were no numbers, or negative.
+fn left_out(rendering: &Rendering) -> u64 {
+    let faulty = rendering.mlt.iter().flat_map(|report| &report.statistics).flat_map(|s| s.total().faulty);
+    rendering.counts.stability.total() + faulty.sum::<u64>()
+}
+
+/// `small`, or `large` where the nightly sizes are asked for: with ERGODIC_TESTS=nightly in the environment.
+pub fn nightly<T>(small: T, large: T) -> T {
+    if std::env::var("ERGODIC_TESTS").is_ok_and(|value| value == "nightly") { large } else { small }
+}

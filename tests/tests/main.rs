@@ -3,7 +3,7 @@
 mod closed_forms;
 mod image_faults;
 mod mutation_laws;
+mod numerics;
 mod rendering;
 mod strategies;
-mod units;
 mod volume_laws;

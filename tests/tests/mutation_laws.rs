@@ -14,8 +14,8 @@ use ergodic_tests::{PathSource, space};
 use glam::DVec3;
 
 const SCENES: [&str; 4] = ["cornell", "ajar", "glass", "pool"];
-const SIZE: (u32, u32) = (64, 64);
-const LENGTHS: Lengths = Lengths { min_edges: 1, max_edges: 8 };
+pub(crate) const SIZE: (u32, u32) = (64, 64);
+pub(crate) const LENGTHS: Lengths = Lengths { min_edges: 1, max_edges: 8 };
 
 fn members() -> Vec<AnyMutation> {
     AnyMutation::all()
@@ -121,7 +121,7 @@ fn cell(x: &Path, h: &[f64; FUNCTIONS]) -> usize {
 }
 
 /// The invariance law and the flow law of several kernels, from the same exact weighted samples.
-fn drifts<M>(space: &PathSpace, kernels: &[M], samples: usize, seed: u64) -> Vec<(Invariance, Flow)>
+pub(crate) fn drifts<M>(space: &PathSpace, kernels: &[M], samples: usize, seed: u64) -> Vec<(Invariance, Flow)>
 where
     M: Mutation<Space = PathSpace, State = Path>,
 {
@@ -158,7 +158,7 @@ where
 }
 
 /// For each kernel on each of the four scenes the law may fail once in this many runs by chance.
-const ALPHA: f64 = 1e-5;
+pub(crate) const ALPHA: f64 = 1e-5;
 
 /// What a planted fault must reach, far above any limit.
 const CAUGHT: f64 = 8.0;

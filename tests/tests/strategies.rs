@@ -22,7 +22,7 @@ fn relative(a: f64, b: f64) -> f64 {
 
 /// What a sampler says of each of its paths against what the path alone says: estimate times density is f, the weight is
 /// that of the power heuristic over all strategies, and so the weights of all strategies sum to 1.
-fn check_connections(space: &PathSpace, roulette: Roulette, seed: u64, pairs: usize) -> (usize, f64, f64) {
+pub(crate) fn check_connections(space: &PathSpace, roulette: Roulette, seed: u64, pairs: usize) -> (usize, f64, f64) {
     let scene = &*space.scene;
     let mut sampler = BidirectionalSampler::new(space.lengths, roulette);
     let mut rng = stream(seed, Purpose::Bidirectional, 1);

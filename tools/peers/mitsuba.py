@@ -35,6 +35,9 @@ MAX_EDGES = 16
 REPLICAS = 32
 BLOCK = 16
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+# Mitsuba starts rays 9e-5 (1 + |p|) off a surface at p, which moves the edges of shadows by as much. The scene is centred and
+# enlarged, so that |p| is small for what is seen and the 1 is nothing.
+ENLARGED = 1000.0
 # Samples of one call, bounded by memory.
 MOST_SAMPLES = 1 << 23
 LARGEST_T = 5.0
@@ -146,8 +149,7 @@ def clear_of(si, w):
 
 
 class SmoothSolid(mi.BSDF):
-    """Mitsuba's own `dielectric`, dark where the two normals disagree about a direction's side, and turned dark also where
-    a direction comes out on the other side than reflection or refraction should lead to."""
+    """Mitsuba's own `dielectric`, dark where the two normals disagree about a direction's side."""
 
     def __init__(self, props):
         mi.BSDF.__init__(self, props)
@@ -283,6 +285,23 @@ def bsdf(material, flat):
     }
 
 
+def distance(primitives, origin, direction):
+    """How far along a ray the first triangle is (Möller and Trumbore 1997)."""
+    nearest = math.inf
+    for _, positions, _, triangles, _ in primitives:
+        a, b, c = (positions[triangles[:, i]] for i in range(3))
+        p = np.cross(direction, c - a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            inverse = 1 / np.einsum("ij,ij->i", b - a, p)
+            u = np.einsum("ij,ij->i", origin - a, p) * inverse
+            q = np.cross(origin - a, b - a)
+            v = q @ direction * inverse
+            t = np.einsum("ij,ij->i", c - a, q) * inverse
+            hits = t[(u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)]
+        nearest = min([nearest, *hits])
+    return nearest
+
+
 def write_ply(path, positions, normals, triangles):
     vertices = np.hstack([positions, normals]).astype("<f4")
     faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
@@ -299,19 +318,21 @@ def load(name, size):
     """The Mitsuba scene, and a line on what stands for each material."""
     gltf = Gltf(ROOT / "scenes" / name / "scene.glb")
     matrix, fov = gltf.camera()
-    eye, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
     primitives = list(gltf.primitives())
+    forward, up = -matrix[:3, 2], matrix[:3, 1]
+    centre = matrix[:3, 3] + forward * distance(primitives, matrix[:3, 3], forward)
+    eye = (matrix[:3, 3] - centre) * ENLARGED
     integrator = "volpath" if any(material.solid for *_, material in primitives) else "path"
     scene = {
         "type": "scene",
         "integrator": {"type": integrator, "max_depth": MAX_EDGES, "rr_depth": 5},
         "sensor": {
             "type": "perspective",
-            "to_world": mi.ScalarTransform4f().look_at(origin=eye, target=eye + forward, up=up),
+            "to_world": mi.ScalarTransform4f().look_at(origin=eye, target=eye + forward * ENLARGED, up=up),
             "fov": math.degrees(fov),
             "fov_axis": "y",
-            "near_clip": 1e-3,
-            "far_clip": 1e3,
+            "near_clip": 1e-3 * ENLARGED,
+            "far_clip": 1e3 * ENLARGED,
             "film": {
                 "type": "hdrfilm",
                 "width": size[0],
@@ -327,13 +348,13 @@ def load(name, size):
     with tempfile.TemporaryDirectory() as folder:
         for i, (label, positions, normals, triangles, material) in enumerate(primitives):
             path = Path(folder) / f"{i}.ply"
-            write_ply(path, positions, normals, triangles)
+            write_ply(path, (positions - centre) * ENLARGED, normals, triangles)
             flat = is_flat(positions, normals, triangles)
             shape = {"type": "ply", "filename": str(path), "bsdf": bsdf(material, flat)}
             if material.radiance.any():
                 shape["emitter"] = {"type": "area", "radiance": rgb(material.radiance)}
             if material.solid:
-                shape["interior"] = {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(material.absorption)}
+                shape["interior"] = {"type": "homogeneous", "albedo": 0.0, "sigma_t": rgb(material.absorption / ENLARGED)}
             mapped.append(f"{label}: {shape['bsdf'].get('bsdf', shape['bsdf'])['type']}")
             scene[f"shape{i}"] = shape
         return mi.load_dict(scene), integrator, ", ".join(mapped)

@@ -31,15 +31,18 @@ pub(crate) const DEGENERATE_SINE: f64 = 1e-15;
 /// Error of a ray transformed to a tree's cube above which a mesh is baked instead: a sixteenth of the padding.
 pub(crate) const MAX_TRANSFORM_ERROR: f64 = TREE_PADDING / 16.0;
 
-/// A hit's position is exact to about 4 units of 2⁻⁵² of its coordinates. Rays leave surfaces at 1e-10 of the scene's
-/// diagonal, or 64 such units of its farthest coordinate, whichever sum is more: five (one) orders of
-/// magnitude above the error and five below what anyone models. Both error and offset grow by the same 1 / cos along a
-/// grazing ray, so the ratio holds at any angle and no slack in t is needed: rays start at t = 0.
-const OFFSET_PER_DIAGONAL: f64 = 1e-10;
+/// A hit's position is exact to about 4 units of 2⁻⁵² of its coordinates. Rays leave surfaces at 1e-12 of the scene's
+/// diagonal plus 64 such units of its farthest coordinate: three orders of magnitude above the error. Both error and offset
+/// grow by the same 1 / cos along a grazing ray, so the ratio holds at any angle and no slack in t is needed: rays start at
+/// t = 0.
+///
+/// It should be no larger than it must be: a ray drawn in one direction arrives where another direction from the surface itself
+/// would have, which is an error of twice the offset over the distance in every density of a short edge.
+const OFFSET_PER_DIAGONAL: f64 = 1e-12;
 const OFFSET_PER_COORDINATE: f64 = 64.0 * f64::EPSILON;
 
-/// How far off the surface rays start, in scene units.
-pub(crate) fn spawn_offset(min: DVec3, max: DVec3) -> f64 {
+/// How far off the surface rays start, in the units of the world, given the corners of the box around it.
+pub fn spawn_offset(min: DVec3, max: DVec3) -> f64 {
     (max - min).length() * OFFSET_PER_DIAGONAL + min.abs().max(max.abs()).max_element() * OFFSET_PER_COORDINATE
 }
 

@@ -16,6 +16,7 @@ mod surface;
 mod triangle;
 mod world;
 
+pub use epsilon::spawn_offset;
 pub use error::GeometryError;
 pub use frame::Frame;
 pub use mesh::Mesh;

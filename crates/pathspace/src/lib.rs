@@ -7,6 +7,7 @@ pub mod density;
 mod description;
 mod edge;
 mod error;
+mod gap;
 mod lights;
 mod path;
 mod scene;

@@ -5,17 +5,19 @@
 //! file's units.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 
-use ergodic_geometry::{Hit, Instance, Ray, World};
+use ergodic_geometry::{Hit, Instance, Mesh, Ray, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
     Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
 };
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
+use crate::gap::{draw_in, drawn_in};
 use crate::lights::{Emitter, Lights};
 use crate::vertex::NO_EMITTER;
-use crate::{CameraDescription, Kind, SceneDescription, SceneError, Vertex};
+use crate::{CameraDescription, Kind, Placement, SceneDescription, SceneError, Vertex};
 
 thread_local! {
     static RAYS: Cell<u64> = const { Cell::new(0) };
@@ -80,11 +82,13 @@ impl Scene {
         let centre = (low + high) * 0.5;
         let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
 
-        let SceneDescription { meshes, placements, mut materials, textures, lights, .. } = description;
+        let SceneDescription { mut meshes, placements, mut materials, textures, lights, .. } = description;
         let instances = placements
             .iter()
             .map(|p| Instance { mesh: p.mesh as u32, transform: to_scene * p.transform })
             .collect::<Vec<_>>();
+        let offset = spawn_offset((low - centre) * scale, (high - centre) * scale);
+        draw_solids_in(&mut meshes, &placements, &instances, &materials, offset);
         let material_of_instance: Vec<u32> = placements.iter().map(|p| p.material as u32).collect();
         let world = World::build(meshes, instances)?;
         for material in &mut materials {
@@ -334,6 +338,29 @@ impl Scene {
     fn centre(&self) -> DVec3 {
         let (low, high) = self.world.bounds();
         (low + high) * 0.5
+    }
+}
+
+/// Draws the meshes of refracting solids in; `offset` is how far off surfaces rays start in the scene's own space.
+fn draw_solids_in(
+    meshes: &mut [Mesh],
+    placements: &[Placement],
+    instances: &[Instance],
+    materials: &[Material],
+    offset: f64,
+) {
+    // A plane with unit normal n that moves by d moves by d / |M^-T n| in the world.
+    let mut maps: BTreeMap<u32, Vec<DMat3>> = BTreeMap::new();
+    for (_, instance) in placements.iter().zip(instances).filter(|(p, _)| materials[p.material].is_solid()) {
+        let map = instance.transform.matrix3.inverse().transpose();
+        if map.is_finite() {
+            maps.entry(instance.mesh).or_default().push(map);
+        }
+    }
+    for (rank, (mesh, maps)) in maps.into_iter().enumerate() {
+        let by = drawn_in(rank) * offset;
+        let distance = |n: DVec3| maps.iter().map(|map| (*map * n).length()).fold(0.0, f64::max) * by;
+        draw_in(&mut meshes[mesh as usize], distance);
     }
 }
 

@@ -136,13 +136,13 @@ fn provenance(plan: &Plan, seconds: f64, refused: u64, (total, total_error, bloc
     )
 }
 
-/// The commit that is checked out, with a mark if files differ from it.
+/// The commit that is checked out, with a mark if other files than the references differ from it.
 fn commit() -> String {
     let git = |arguments: &[&str]| {
         let output = Command::new("git").args(arguments).current_dir(Path::new(env!("CARGO_MANIFEST_DIR"))).output();
         output.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
     };
     let head = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".into());
-    let changed = git(&["status", "--porcelain", "--untracked-files=no"]).is_some_and(|text| !text.is_empty());
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":!/reference"]).is_some_and(|text| !text.is_empty());
     if changed { format!("{head} with changes") } else { head }
 }

@@ -9,7 +9,7 @@ use glam::{DAffine3, DMat3, DVec3};
 const SIZE: (u32, u32) = (32, 32);
 
 /// The same scene in another unit of length, moved.
-fn in_units(mut scene: SceneDescription, scale: f64, offset: DVec3) -> SceneDescription {
+pub(super) fn in_units(mut scene: SceneDescription, scale: f64, offset: DVec3) -> SceneDescription {
     let change = DAffine3 { matrix3: DMat3::from_diagonal(DVec3::splat(scale)), translation: offset * scale };
     for placement in &mut scene.placements {
         placement.transform = change * placement.transform;

@@ -9,6 +9,7 @@ mod edge;
 mod error;
 mod gap;
 mod lights;
+mod media;
 mod path;
 mod scene;
 mod space;

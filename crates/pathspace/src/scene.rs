@@ -16,6 +16,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use crate::gap::{draw_in, drawn_in};
 use crate::lights::{Emitter, Lights};
+use crate::media::{AIR, Media};
 use crate::vertex::NO_EMITTER;
 use crate::{CameraDescription, Kind, Placement, SceneDescription, SceneError, Vertex};
 
@@ -60,7 +61,10 @@ pub struct Scene {
     camera: Camera,
     radius: f64,
     scale: f64,
-    absorbs: bool,
+    media: Media,
+    /// What the camera and each punctual light are in.
+    camera_medium: u32,
+    light_media: Vec<u32>,
     /// Stands in where a vertex has no surface.
     free_space: Interaction,
 }
@@ -130,7 +134,20 @@ impl Scene {
             view.height,
             view.margin,
         );
-        let absorbs = materials.iter().any(|m| m.solid && m.absorption.max_element() > 0.0);
+        let absorbs = |material: u32| {
+            let material = &materials[material as usize];
+            material.is_solid() && material.absorption.max_element() > 0.0
+        };
+        let instances = (0u32..).zip(material_of_instance.iter().copied());
+        let media = Media::new(&world, instances.filter(|(_, material)| absorbs(*material)));
+        let camera_medium = media.around(&world, camera.position(), None);
+        let light_media = lights.punctual.iter().map(|light| match light {
+            PunctualLight::Directional { .. } => AIR,
+            PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => {
+                media.around(&world, *position, None)
+            }
+        });
+        let light_media = light_media.collect();
         let free_space = Interaction::none();
         Ok(Self {
             world,
@@ -142,7 +159,9 @@ impl Scene {
             camera,
             radius,
             scale,
-            absorbs,
+            media,
+            camera_medium,
+            light_media,
             free_space,
         })
     }
@@ -168,7 +187,7 @@ impl Scene {
         self.scale
     }
 
-    /// The point of the surface that was hit.
+    /// The point of the surface that was hit, as if met in air.
     #[inline]
     pub fn vertex(&self, hit: &Hit) -> Vertex {
         let surface = self.world.surface(hit);
@@ -185,6 +204,7 @@ impl Scene {
             component: Component::Rough,
             emitter,
             material: index,
+            medium: AIR,
             position: surface.position,
             interaction: material.interaction(&self.textures, &surface),
             emission,
@@ -196,7 +216,24 @@ impl Scene {
     pub fn trace(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
         count_ray();
         let ray = self.world.spawn(&from.anchor(), w);
-        self.world.intersect(&ray).map(|hit| self.vertex(&hit))
+        let hit = self.world.intersect(&ray)?;
+        let mut vertex = self.vertex(&hit);
+        if !self.media.is_empty() {
+            vertex.medium = self.medium_met(from, w, &vertex, hit.instance);
+        }
+        Some(vertex)
+    }
+
+    /// What lies at the outer side of `to`, which a ray from `from` in direction `w` met.
+    fn medium_met(&self, from: &Vertex, w: DVec3, to: &Vertex, instance: u32) -> u32 {
+        if bounds_towards(to, -w) {
+            // Met from within: what is around it has to be asked.
+            self.media.around(&self.world, to.position, Some(instance))
+        } else if bounds_towards(from, w) {
+            from.material
+        } else {
+            from.medium
+        }
     }
 
     /// Whether two vertices see each other. Symmetric to the bit.
@@ -212,19 +249,21 @@ impl Scene {
 
     /// Beer's transmittance between two neighbouring vertices.
     ///
-    /// The medium is that of the solid whose inner side the segment leaves at its light side, else at its eye side.
+    /// The medium is that of the solid whose inner side the segment leaves at its light side, else at its eye side, else
+    /// that which its ends are met in.
     #[inline]
     pub(crate) fn transmittance(&self, light_side: &Vertex, eye_side: &Vertex, direction: DVec3, length: f64) -> Rgb {
-        if !self.absorbs {
+        if self.media.is_empty() {
             return Rgb::ONE;
         }
-        let inside = |vertex: &Vertex, w: DVec3| {
-            vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
-        };
-        let material = if inside(light_side, direction) {
+        let material = if bounds_towards(light_side, direction) {
             light_side.material
-        } else if inside(eye_side, -direction) {
+        } else if bounds_towards(eye_side, -direction) {
             eye_side.material
+        } else if light_side.medium != AIR {
+            light_side.medium
+        } else if eye_side.medium != AIR {
+            eye_side.medium
         } else {
             return Rgb::ONE;
         };
@@ -246,7 +285,8 @@ impl Scene {
         };
         let emission = Rgb::ZERO;
         let component = Component::Rough;
-        Vertex { kind, component, emitter: NO_EMITTER, material: 0, position, interaction, emission }
+        let medium = self.light_media[index as usize];
+        Vertex { kind, component, emitter: NO_EMITTER, material: 0, medium, position, interaction, emission }
     }
 
     /// The camera as a vertex.
@@ -257,6 +297,7 @@ impl Scene {
             component: Component::Rough,
             emitter: NO_EMITTER,
             material: 0,
+            medium: self.camera_medium,
             position: self.camera.position(),
             interaction: self.free_space,
             emission: Rgb::ZERO,
@@ -270,7 +311,11 @@ impl Scene {
             Emitter::Punctual(index) => self.punctual_vertex(index),
             Emitter::Triangle { instance, triangle } => {
                 let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
-                self.vertex(&Hit { instance, triangle, u, v, t: 0.0 })
+                let mut vertex = self.vertex(&Hit { instance, triangle, u, v, t: 0.0 });
+                if !self.media.is_empty() {
+                    vertex.medium = self.media.around(&self.world, vertex.position, Some(instance));
+                }
+                vertex
             }
         }
     }
@@ -339,6 +384,12 @@ impl Scene {
         let (low, high) = self.world.bounds();
         (low + high) * 0.5
     }
+}
+
+/// Whether a vertex bounds a solid and `w` points into it.
+#[inline]
+fn bounds_towards(vertex: &Vertex, w: DVec3) -> bool {
+    vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
 }
 
 /// Draws the meshes of refracting solids in; `offset` is how far off surfaces rays start in the scene's own space.

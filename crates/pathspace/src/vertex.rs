@@ -32,6 +32,9 @@ pub struct Vertex {
     pub(crate) emitter: u32,
     /// Index of the material.
     pub(crate) material: u32,
+    /// Index of the material of the absorbing solid that it is met in, outside its own if it bounds one; or
+    /// [`crate::media::AIR`]. A property of the place: every way of finding it gives the same.
+    pub(crate) medium: u32,
     /// Position in the scene's own (recentred, rescaled) space; zero for a distant light.
     pub position: DVec3,
     /// The scattering here; for a distant light `ng` is the direction in which its light travels.

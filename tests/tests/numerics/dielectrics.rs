@@ -1,8 +1,11 @@
 //! Refracting solids: radiance inside them, total internal reflection, solids in and against each other.
 
+use std::f64::consts::PI;
+
 use ergodic_geometry::Mesh;
 use ergodic_render::Method;
-use ergodic_scattering::Rgb;
+use ergodic_scattering::{Material, PunctualLight, Rgb};
+
 use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, quad, scene_of};
 use glam::DVec3;
 
@@ -101,4 +104,35 @@ fn a_solid_on_a_table_is_the_same_for_every_method() {
     let expected = means(&apart, &settings(Method::Path, &edges, 512.0));
     let touching = scene_of(things(0.0), Vec::new(), &eye, SIDE);
     check("glass on a table", &touching, edges, [512.0, 128.0, 1024.0], &expected, 0.03);
+}
+
+#[test]
+fn light_is_absorbed_on_its_way_between_things_in_a_solid() {
+    // Eye, floor and light all under water: no end of any edge lies on the water's surface.
+    let absorption = Rgb::new(0.2, 0.5, 1.0);
+    let water = || {
+        let body = cuboid(DVec3::splat(3.0), false);
+        (body, Material { absorption, ..glass(1.33) })
+    };
+    let (albedo, intensity) = (0.7, 2.0);
+    let floor = || (quad(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0), diffuse(albedo, 0.0));
+    let eye = Eye::over(DVec3::new(0.3, 0.0, 0.8), DVec3::new(0.3, 0.0, 0.0), DVec3::Y, 0.6);
+    let radiance = |p: DVec3, cosines: i32| {
+        let squared = p.distance_squared(DVec3::Z);
+        let falloff = squared.sqrt().recip().powi(cosines) / squared;
+        let way = squared.sqrt() + p.distance(eye.from);
+        albedo / PI * intensity * falloff * (absorption * -way).exp()
+    };
+    let point = PunctualLight::Point { position: DVec3::Z, intensity: Rgb::splat(intensity) };
+    let scene = scene_of(vec![water(), floor()], vec![point], &eye, SIDE);
+    let truth = plane_means(|p| radiance(eye.sees(p), 1));
+    check("a light under water", &scene, 2..=2, [32.0, 32.0, 512.0], &truth, 0.005);
+    let side = 1e-3;
+    let lamp = quad(DVec3::new(-0.5 * side, -0.5 * side, 1.0), DVec3::Y * side, DVec3::X * side);
+    let lamp = (lamp, diffuse(0.0, intensity / (side * side)));
+    let scene = scene_of(vec![water(), floor(), lamp], Vec::new(), &eye, SIDE);
+    let truth = plane_means(|p| radiance(eye.sees(p), 2));
+    check("a lamp under water", &scene, 2..=2, [32.0, 32.0, 512.0], &truth, 0.005);
+    // What is absorbed shows: without it the truth would be another.
+    assert!(truth[0].mean.x > 1.5 * truth[0].mean.z);
 }

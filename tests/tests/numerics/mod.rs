@@ -44,7 +44,7 @@ fn settings(method: Method, edges: &RangeInclusive<usize>, samples_per_pixel: f6
     settings.mlt.chains = 64;
     settings.mlt.direct = Direct::InChain;
     settings.mlt.seeding.relative_error = 0.01;
-    settings.mlt.seeding.max_samples = 100_000;
+    settings.mlt.seeding.max_samples = 30_000;
     settings
 }
 

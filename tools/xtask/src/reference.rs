@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use ergodic_assess::{Attribute, Image, Reference};
 use ergodic_pathspace::Scene;
-use ergodic_render::{Budget, Direct, Method, Observer, Settings, Stage, render_replicas};
+use ergodic_render::{Budget, Method, Observer, Settings, Stage, render_replicas};
 
 /// Width and height of all references.
 const SIZE: (u32, u32) = (64, 64);
@@ -16,21 +16,20 @@ const SIZE: (u32, u32) = (64, 64);
 const REPLICAS: usize = 32;
 const FIRST_SEED: u64 = 1 << 32;
 
-/// How a scene's reference is made: by the unbiased estimator that has the least error for its time there.
+/// How a scene's reference is made: by the unbiased estimator of independent samples that has the least error for its time
+/// there. None is made by Markov chains, which the references are there to test.
 struct Plan {
     scene: &'static str,
     method: Method,
     samples_per_pixel: f64,
-    /// Samples for b in each replica; for Metropolis light transport only.
-    seeding_samples: u64,
 }
 
 const PLANS: [Plan; 5] = [
-    Plan { scene: "cornell", method: Method::Bidirectional, samples_per_pixel: 192.0, seeding_samples: 1000 },
-    Plan { scene: "ajar", method: Method::Bidirectional, samples_per_pixel: 384.0, seeding_samples: 1000 },
-    Plan { scene: "ring", method: Method::Bidirectional, samples_per_pixel: 256.0, seeding_samples: 1000 },
-    Plan { scene: "glass", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 1_500_000 },
-    Plan { scene: "pool", method: Method::Mlt, samples_per_pixel: 768.0, seeding_samples: 2_000_000 },
+    Plan { scene: "cornell", method: Method::Bidirectional, samples_per_pixel: 192.0 },
+    Plan { scene: "ajar", method: Method::Bidirectional, samples_per_pixel: 384.0 },
+    Plan { scene: "ring", method: Method::Bidirectional, samples_per_pixel: 256.0 },
+    Plan { scene: "glass", method: Method::Path, samples_per_pixel: 1536.0 },
+    Plan { scene: "pool", method: Method::Path, samples_per_pixel: 2048.0 },
 ];
 
 /// Tells of every tenth replica.
@@ -58,18 +57,13 @@ pub fn write(names: &[String]) -> Result<(), String> {
 }
 
 fn settings(plan: &Plan) -> Settings {
-    let mut settings = Settings {
+    Settings {
         method: plan.method,
         size: SIZE,
         seed: FIRST_SEED,
         budget: Budget::SamplesPerPixel(plan.samples_per_pixel),
         ..Settings::default()
-    };
-    settings.mlt.direct = Direct::InChain;
-    settings.mlt.chains = 256;
-    settings.mlt.seeding.relative_error = 1e-6;
-    settings.mlt.seeding.max_samples = plan.seeding_samples;
-    settings
+    }
 }
 
 fn write_one(plan: &Plan) -> Result<(), String> {
@@ -115,18 +109,10 @@ fn write_one(plan: &Plan) -> Result<(), String> {
 
 /// What produced a reference, and how good it is.
 fn provenance(plan: &Plan, seconds: f64, refused: u64, (total, total_error, block_error): (f64, f64, f64)) -> String {
-    let what = match plan.method {
-        Method::Mlt => "mutations a pixel in each replica, on top of the samples for b",
-        _ => "samples a pixel in each replica",
-    };
-    let seeding = match plan.method {
-        Method::Mlt => format!("    seeding_samples: {},\n", plan.seeding_samples),
-        _ => String::new(),
-    };
     format!(
         "// How reference/{name}.exr was made. Remake it with the command.\n(\n    command: \"cargo xtask reference {name}\",\n    \
          commit: \"{commit}\",\n    method: \"{method}\",\n    size: {SIZE:?},\n    replicas: {REPLICAS},\n    \
-         first_seed: {FIRST_SEED},\n    // {what}\n    samples_per_pixel: {spp:?},\n{seeding}    \
+         first_seed: {FIRST_SEED},\n    // samples a pixel in each replica\n    samples_per_pixel: {spp:?},\n    \
          seconds: {seconds:.0},\n    refused_splats: {refused},\n    mean_luminance: {total:.7},\n    \
          relative_error_of_the_mean: {total_error:.2e},\n    median_relative_error_of_a_block: {block_error:.2e},\n)\n",
         name = plan.scene,
@@ -143,6 +129,7 @@ fn commit() -> String {
         output.ok().filter(|o| o.status.success()).map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string())
     };
     let head = git(&["rev-parse", "HEAD"]).unwrap_or_else(|| "unknown".into());
-    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":!/reference"]).is_some_and(|text| !text.is_empty());
+    let changed = git(&["status", "--porcelain", "--untracked-files=no", "--", ":/", ":!/reference"])
+        .is_some_and(|text| !text.is_empty());
     if changed { format!("{head} with changes") } else { head }
 }

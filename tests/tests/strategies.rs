@@ -10,7 +10,7 @@ use ergodic_pathspace::{
 };
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Material, Rgb, luminance};
-use ergodic_tests::{PathSource, quad, space, view_of};
+use ergodic_tests::{PathSource, nightly, quad, space, view_of};
 use glam::{DAffine3, DVec3};
 
 const SCENES: [&str; 5] = ["cornell", "ajar", "ring", "glass", "pool"];
@@ -55,7 +55,7 @@ fn every_connection_agrees_with_the_path_seen_from_outside() {
     for name in SCENES {
         let space = space(name, (32, 32), LENGTHS);
         for roulette in [Roulette::OFF, Roulette { start: 3, survival: 0.6 }] {
-            let (checked, estimate, weight) = check_connections(&space, roulette, 11, 6000);
+            let (checked, estimate, weight) = check_connections(&space, roulette, 11, nightly(6000, 100_000));
             println!("{name}: {checked} connections, estimate {estimate:.1e}, weight {weight:.1e}");
             assert!(checked > 1000, "{name}: only {checked} connections");
             assert!(estimate < 1e-6, "{name}: estimate and f / p differ by {estimate}");
@@ -132,7 +132,7 @@ const AGREE: f64 = 5.2;
 #[test]
 fn single_strategies_agree_per_length() {
     let space = space("cornell", (32, 32), Lengths { min_edges: 2, max_edges: 4 });
-    let z = disagreement(&space, 400_000, |_, _| 1.0);
+    let z = disagreement(&space, nightly(400_000, 4_000_000), |_, _| 1.0);
     assert!(z < AGREE, "{z}");
 }
 
@@ -193,7 +193,7 @@ fn without_adjoint_correction(path: &Path, s: usize) -> f64 {
 #[test]
 fn single_strategies_agree_where_shading_normals_differ_from_faces() {
     let space = coarse_ball();
-    let z = disagreement(&space, 400_000, |_, _| 1.0);
+    let z = disagreement(&space, nightly(400_000, 4_000_000), |_, _| 1.0);
     assert!(z < AGREE, "{z}");
     let z = disagreement(&space, 1_200_000, without_adjoint_correction);
     assert!(z > 1.5 * AGREE, "{z}");

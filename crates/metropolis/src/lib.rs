@@ -6,6 +6,7 @@
 
 pub mod diagnostics;
 pub mod finite;
+pub mod unit_cube;
 
 mod chain;
 mod ln_product;

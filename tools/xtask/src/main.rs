@@ -1,7 +1,8 @@
-//! Chores of the project: `cargo xtask scenes` writes scenes/*/scene.glb from code, so that every number in them has a
-//! source.
+//! Chores of the project: the scenes, written from code so that every number in them has a source; the stored references;
+//! the long tests.
 
 mod glb;
+mod nightly;
 mod reference;
 mod scenes;
 mod shapes;
@@ -14,6 +15,7 @@ Usage: cargo xtask <command>
 
 Commands:
   scenes [NAME...]      write scenes/NAME/scene.glb, for all scenes if none is named
+  nightly               run all tests at their large sizes, then `ergodic verify --budget full`: some hours
   reference [NAME...]   render reference/NAME.exr with its provenance NAME.ron, for all scenes if none is named
 ";
 
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
     let result = match arguments.split_first() {
         Some((command, names)) if command == "scenes" => write_scenes(names),
         Some((command, names)) if command == "reference" => reference::write(names),
+        Some((command, [])) if command == "nightly" => nightly::run(),
         Some((help, _)) if help == "--help" || help == "help" => {
             print!("{USAGE}");
             Ok(())

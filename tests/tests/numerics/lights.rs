@@ -194,18 +194,22 @@ fn an_emitter_given_twice_shines_once() {
 
 #[test]
 fn a_light_that_no_path_reaches_is_an_error_of_the_chains_and_black_otherwise() {
-    // A point light inside glass: no walk can hit it, and no connection can cross.
+    // A point light and the eye, each inside glass: no walk hits either, and between them is one surface only that could be
+    // connected, to neither of them.
     let (mut things, eye) = corner();
-    let mut ball = cuboid(DVec3::splat(0.2), false);
-    ball.positions.iter_mut().for_each(|p| *p += DVec3::new(0.0, 0.5, 1.0));
-    things.push((ball, glass(1.5)));
-    let light = PunctualLight::Point { position: DVec3::new(0.0, 0.5, 1.0), intensity: Rgb::ONE };
+    let lamp = DVec3::new(0.0, 0.5, 1.0);
+    for (half, at) in [(0.2, lamp), (0.05, eye.from)] {
+        let mut shell = cuboid(DVec3::splat(half), false);
+        shell.positions.iter_mut().for_each(|p| *p += at);
+        things.push((shell, glass(1.5)));
+    }
+    let light = PunctualLight::Point { position: lamp, intensity: Rgb::ONE };
     let scene = scene_of(things, vec![light], &eye, SIDE);
     for method in [Method::Path, Method::Bidirectional] {
-        let picture = render(&scene, &settings(method, &(1..=8), 16.0), &Unobserved).expect("valid settings").picture;
+        let picture = render(&scene, &settings(method, &(1..=4), 16.0), &Unobserved).expect("valid settings").picture;
         assert!(picture.pixels.iter().all(|p| *p == Rgb::ZERO));
     }
-    let error = render(&scene, &settings(Method::Mlt, &(1..=8), 16.0), &Unobserved).unwrap_err();
+    let error = render(&scene, &settings(Method::Mlt, &(1..=4), 16.0), &Unobserved).unwrap_err();
     println!("{error}");
     assert!(matches!(error, RenderError::Dark(_)), "{error}");
 }

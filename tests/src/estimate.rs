@@ -1,9 +1,10 @@
 //! Means over independent replicas, with their errors.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use ergodic_pathspace::Scene;
-use ergodic_render::{Picture, RenderError, Rendering, Settings, Unobserved, render_replicas};
+use ergodic_render::{Budget, Direct, Method, Picture, RenderError, Rendering, Settings, Unobserved, render_replicas};
 use ergodic_scattering::Rgb;
 
 /// A mean over replicas and its standard error, for each channel.
@@ -60,6 +61,25 @@ pub fn estimate(
 fn left_out(rendering: &Rendering) -> u64 {
     let faulty = rendering.mlt.iter().flat_map(|report| &report.statistics).flat_map(|s| s.total().faulty);
     rendering.counts.stability.total() + faulty.sum::<u64>()
+}
+
+/// Settings for paths of the given numbers of edges, all of them from the chains, on a square picture; with 16 times the samples
+/// where the nightly sizes are asked for.
+pub fn settings(method: Method, edges: &RangeInclusive<usize>, side: u32, samples_per_pixel: f64) -> Settings {
+    let mut settings = Settings {
+        method,
+        size: (side, side),
+        seed: 1,
+        min_edges: *edges.start(),
+        max_edges: *edges.end(),
+        budget: Budget::SamplesPerPixel(nightly(1.0, 16.0) * samples_per_pixel),
+        ..Settings::default()
+    };
+    settings.mlt.chains = 64;
+    settings.mlt.direct = Direct::InChain;
+    settings.mlt.seeding.relative_error = 0.01;
+    settings.mlt.seeding.max_samples = 200_000;
+    settings
 }
 
 /// `small`, or `large` where the nightly sizes are asked for: with ERGODIC_TESTS=nightly in the environment.

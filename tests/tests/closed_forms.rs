@@ -30,9 +30,9 @@ use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_pathspace::Scene;
-use ergodic_render::{Budget, Direct, Method, Picture, Settings, Unobserved, render_replicas};
+use ergodic_render::{Method, Picture, Unobserved, render_replicas};
 use ergodic_scattering::{Material, PunctualLight, Rgb};
-use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, mirror, nightly, quad, scene_of, sphere};
+use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, mirror, quad, scene_of, settings, sphere};
 use glam::{DVec2, DVec3};
 
 /// Pixels on a side; even, for the halves.
@@ -80,24 +80,6 @@ fn picture_mean(picture: &Picture, width: f64) -> Rgb {
     sum / (columns * SIDE as usize) as f64
 }
 
-/// Settings for paths of the given numbers of edges.
-fn settings(method: Method, edges: &RangeInclusive<usize>, samples_per_pixel: f64) -> Settings {
-    let mut settings = Settings {
-        method,
-        size: (SIDE, SIDE),
-        seed: 1,
-        min_edges: *edges.start(),
-        max_edges: *edges.end(),
-        budget: Budget::SamplesPerPixel(nightly(1.0, 16.0) * samples_per_pixel),
-        ..Settings::default()
-    };
-    settings.mlt.chains = 64;
-    settings.mlt.direct = Direct::InChain;
-    settings.mlt.seeding.relative_error = 0.01;
-    settings.mlt.seeding.max_samples = 200_000;
-    settings
-}
-
 /// Samples a pixel for each of [`Method::ALL`]; 0 where a method is not asked.
 type Samples = [f64; 3];
 
@@ -107,7 +89,7 @@ const USUAL: Samples = [32.0, 16.0, 256.0];
 /// Renders and compares every region and channel with the truth, which is given in shares of the picture.
 fn check(name: &str, scene: &Arc<Scene>, edges: RangeInclusive<usize>, samples: Samples, truth: impl Fn(DVec2) -> Rgb) {
     for ((method, method_name), samples) in Method::ALL.into_iter().zip(samples).filter(|(_, samples)| *samples > 0.0) {
-        let settings = settings(method, &edges, samples);
+        let settings = settings(method, &edges, SIDE, samples);
         let replicas = render_replicas(scene, &settings, REPLICAS, &Unobserved).expect("valid settings");
         for region in REGIONS {
             let want = mean_over(region.width, &truth);
@@ -173,7 +155,7 @@ fn parallel_plates_are_a_series_with_two_factors() {
         check("plates", &scene, k as usize..=k as usize, USUAL, |_| Rgb::splat(radiance(k)));
     }
     check("plates", &scene, 1..=9, USUAL, |_| Rgb::splat([2, 4, 6, 8].map(radiance).iter().sum()));
-    let odd = render_replicas(&scene, &settings(Method::Bidirectional, &(3..=3), 4.0), 1, &Unobserved).unwrap();
+    let odd = render_replicas(&scene, &settings(Method::Bidirectional, &(3..=3), SIDE, 4.0), 1, &Unobserved).unwrap();
     assert!(odd[0].picture.pixels.iter().all(|pixel| *pixel == Rgb::ZERO));
 }
 
@@ -360,7 +342,7 @@ fn a_paraboloid_gathers_axial_light_at_its_focus() {
     check("paraboloid", &scene, 3..=3, [0.0, 128.0, 3072.0], radiance);
     // A walk from the eye never hits a light that has no extent, and cannot be joined to it at a mirror: path tracing
     // finds nothing.
-    let path = settings(Method::Path, &(3..=3), 64.0);
+    let path = settings(Method::Path, &(3..=3), SIDE, 64.0);
     let replicas = render_replicas(&scene, &path, 1, &Unobserved).unwrap();
     assert!(replicas[0].picture.pixels.iter().all(|pixel| *pixel == Rgb::ZERO));
 }

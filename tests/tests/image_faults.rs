@@ -4,15 +4,15 @@
 use std::sync::Arc;
 
 use ergodic_assess::{Image, Reference, ReplicaTest, Verdict, test_replicas};
-use ergodic_metropolis::{Mixture, Mutation, RandomSource};
-use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_metropolis::{Mixture, RandomSource};
+use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{BidirectionalSampler, Path, PathSpace, Roulette, Scene};
 use ergodic_render::{
     Budget, Direct, Estimator, Method, Picture, Purpose, Settings, Stage, Unobserved, render_replicas,
     render_with_mixture, sample_image,
 };
 use ergodic_scattering::{Filter, Rgb};
-use ergodic_tests::{description, nightly, root, view_of};
+use ergodic_tests::{Tampered, description, nightly, root, view_of};
 use glam::DVec2;
 
 /// The level of a single case of `ergodic verify`.
@@ -126,44 +126,17 @@ fn a_caustic_ten_percent_too_bright_is_caught() {
     assert!(caught >= nightly(1, 19));
 }
 
-/// A mutation whose density is off by a half on one side of the image.
-#[derive(Clone, Copy)]
-struct SlightlyWrong(AnyMutation, f64);
-
-impl Mutation for SlightlyWrong {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
-        self.0.suitability(space, x)
-    }
-
-    fn propose(
-        &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
-        rng: &mut impl RandomSource,
-    ) -> Result<Splice, Rejection> {
-        self.0.propose(space, x, y, rng)
-    }
-
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        let ln_density = self.0.ln_density(space, from, to, plan);
-        let point = to.vertices[to.length() - 1].position;
-        if point.x > 0.0 { ln_density + self.1 } else { ln_density }
-    }
-}
-
 #[test]
 fn a_mutation_with_a_slightly_wrong_density_is_caught() {
     let scene = scene("cornell");
     let replicas = |ln_factor: f64, round: u64| -> Vec<Image> {
-        let members = AnyMutation::all().into_iter().map(|m| {
-            let fault = if m.is_ergodic() { 0.0 } else { ln_factor };
-            (1.0, SlightlyWrong(m, fault))
+        let members = AnyMutation::all().into_iter().map(|inner| {
+            let fault = if inner.is_ergodic() { 0.0 } else { ln_factor };
+            // Off on one side of the image only.
+            let ln_density = move |_: &PathSpace, _: &Path, to: &Path, _: Splice, right: f64| {
+                if to.vertices[to.length() - 1].position.x > 0.0 { right + fault } else { right }
+            };
+            (1.0, Tampered { inner, ln_density })
         });
         let mixture = Mixture::new(members.collect()).expect("weights are positive");
         let names: Vec<_> = AnyMutation::all().iter().map(AnyMutation::name).collect();

@@ -10,7 +10,7 @@ use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, R
 use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution, raster};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
-use ergodic_tests::{PathSource, nightly, space};
+use ergodic_tests::{PathSource, Tampered, nightly, space};
 use glam::DVec3;
 
 const SCENES: [&str; 4] = ["cornell", "ajar", "glass", "pool"];
@@ -208,39 +208,14 @@ fn one_step_leaves_the_target_invariant_in_pool() {
 }
 
 /// What a fault multiplies a density by: the logarithm, of the space, both paths and the plan.
-pub(crate) type LnFactor<'a> = &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64;
-
-/// A kernel with a planted fault: its density is changed by a factor.
-pub(crate) struct Faulty<'a> {
-    pub(crate) inner: Mixture<AnyMutation>,
-    pub(crate) ln_factor: LnFactor<'a>,
-}
-
-impl Mutation for Faulty<'_> {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = (usize, Splice);
-    type Failure = ergodic_metropolis::NotProposed<Rejection>;
-
-    fn propose(
-        &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
-        rng: &mut impl RandomSource,
-    ) -> Result<Self::Plan, Self::Failure> {
-        self.inner.propose(space, x, y, rng)
-    }
-
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Self::Plan) -> f64 {
-        self.inner.ln_density(space, from, to, plan) + (self.ln_factor)(space, from, to, plan)
-    }
-}
+type LnFactor<'a> = &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64;
 
 fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor: LnFactor<'_>) -> (f64, FlowVerdict) {
     // Short paths only: longer ones come with weights so uneven that they hide what these show.
     let space = space(scene, SIZE, Lengths { min_edges: 1, max_edges: 5 });
-    let kernels = [Faulty { inner: mixture(members), ln_factor }];
+    let ln_density =
+        |space: &PathSpace, from: &Path, to: &Path, plan, right: f64| right + ln_factor(space, from, to, plan);
+    let kernels = [Tampered { inner: mixture(members), ln_density }];
     let (law, flow) = &drifts(&space, &kernels, samples, 29)[0];
     let (z, balance) = (law.verdict(ALPHA).max_t, flow.verdict());
     println!("{scene}: Q = {:.0} of {:.0}", balance.q, balance.limit);

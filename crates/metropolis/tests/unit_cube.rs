@@ -29,7 +29,7 @@ impl Target for Flat {
 /// many there are.
 fn prior<M: Mutation<Space = (), State = Vec<f64>>>(kernel: &M, steps: usize, points: usize) -> f64 {
     let mut rng = generator(3);
-    let mut coordinates = vec![Vec::with_capacity(points); DIMENSIONS];
+    let mut coordinates = vec![Vec::new(); DIMENSIONS];
     for _ in 0..points {
         let mut chain = Chain::new((0..DIMENSIONS).map(|_| rng.uniform()).collect(), &Flat);
         for _ in 0..steps {

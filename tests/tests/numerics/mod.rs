@@ -16,9 +16,9 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use ergodic_pathspace::Scene;
-use ergodic_render::{Budget, Direct, Method, Picture, RouletteSettings, Settings};
+use ergodic_render::{Method, Picture, RouletteSettings, Settings};
 use ergodic_scattering::Rgb;
-use ergodic_tests::{Estimate, estimate, nightly};
+use ergodic_tests::{Estimate, estimate};
 
 /// Pixels on a side of most pictures; even, for the halves.
 const SIDE: u32 = 16;
@@ -29,21 +29,10 @@ const REPLICAS: usize = 16;
 /// times; there are some 200 comparisons, so that all hold but for a bad seed, and the seed is fixed.
 const AGREES: f64 = 4.5;
 
-/// Settings for paths of the given numbers of edges.
+/// Settings for paths of the given numbers of edges, without roulette and with little seeding, for scenes with long paths.
 fn settings(method: Method, edges: &RangeInclusive<usize>, samples_per_pixel: f64) -> Settings {
-    let mut settings = Settings {
-        method,
-        size: (SIDE, SIDE),
-        seed: 1,
-        min_edges: *edges.start(),
-        max_edges: *edges.end(),
-        budget: Budget::SamplesPerPixel(nightly(1.0, 16.0) * samples_per_pixel),
-        roulette: RouletteSettings { start: 1000, survival: 1.0 },
-        ..Settings::default()
-    };
-    settings.mlt.chains = 64;
-    settings.mlt.direct = Direct::InChain;
-    settings.mlt.seeding.relative_error = 0.01;
+    let mut settings = ergodic_tests::settings(method, edges, SIDE, samples_per_pixel);
+    settings.roulette = RouletteSettings { start: 1000, survival: 1.0 };
     settings.mlt.seeding.max_samples = 30_000;
     settings
 }

@@ -257,8 +257,8 @@ fn lines(rows: &[Row], alpha: f64) -> Vec<String> {
     lines.push(String::new());
     if unresolved > 0 {
         lines.push(format!(
-            "{unresolved} unresolved: in so many blocks (rare) one replica makes most of the spread that t means nothing; only \
-             the total is judged"
+            "{unresolved} unresolved: in so many blocks (rare) one replica makes most of the spread that a block too dark means \
+             nothing; the total and blocks too bright are judged"
         ));
     }
     lines.push(match failed {

@@ -5,13 +5,11 @@ mod estimate;
 mod eye;
 mod shapes;
 mod source;
-mod tampered;
 
 pub use estimate::{Estimate, estimate, nightly, settings};
 pub use eye::Eye;
 pub use shapes::{Thing, cuboid, description_of, diffuse, glass, mirror, quad, scene_of, sphere};
 pub use source::PathSource;
-pub use tampered::Tampered;
 
 use std::path::PathBuf;
 use std::sync::Arc;

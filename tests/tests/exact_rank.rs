@@ -4,13 +4,13 @@
 //! the kernel, forward and, because a reversible kernel is its own reverse, backward. Whatever is measured of the states, the
 //! rank of the first one among them is uniform if and only if the kernel is reversible for the target.
 
-use ergodic_laws::chi_square;
+use ergodic_laws::{chi_square, faults::Scaled};
 use ergodic_metropolis::{Chain, Mutation, RandomSource, Target};
 use ergodic_mutations::Splice;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, LuminanceTarget, Path, PathSpace, Roulette, raster};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::luminance;
-use ergodic_tests::{Eye, Tampered, cuboid, diffuse, nightly, scene_of};
+use ergodic_tests::{Eye, cuboid, diffuse, nightly, scene_of};
 use glam::DVec3;
 use rand_pcg::Pcg64Dxsm;
 
@@ -135,8 +135,9 @@ fn a_chain_does_not_know_where_it_began() {
 fn a_chain_without_hastings_ratio_is_caught() {
     let space = room();
     // Every proposal is taken for symmetric.
-    let ln_density = |_: &PathSpace, _: &Path, _: &Path, _: (usize, Splice), _: f64| 0.0;
-    let faulty = Tampered { inner: mixture(members()), ln_density };
+    let right = mixture(members());
+    let factor = |from: &Path, to: &Path, plan: (usize, Splice)| (-right.ln_density(&space, from, to, plan)).exp();
+    let faulty = Scaled { mutation: mixture(members()), factor };
     let found = ranks(&space, &faulty, nightly(4_000, 100_000), 61);
     println!("without Hastings' ratio: p = {found:?}");
     assert!(found.iter().any(|p| *p < 1e-9), "{found:?}");

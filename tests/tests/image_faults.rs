@@ -4,15 +4,16 @@
 use std::sync::Arc;
 
 use ergodic_assess::{Image, Reference, ReplicaTest, Verdict, test_replicas};
+use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::{Mixture, RandomSource};
 use ergodic_mutations::{AnyMutation, Splice};
-use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, PathSpace, Roulette, Scene};
+use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
 use ergodic_render::{
     Budget, Direct, Estimator, Method, Picture, Purpose, Settings, Stage, Unobserved, render_replicas,
     render_with_mixture, sample_image,
 };
 use ergodic_scattering::{Filter, Rgb};
-use ergodic_tests::{Tampered, description, nightly, root, view_of};
+use ergodic_tests::{description, nightly, root, view_of};
 use glam::DVec2;
 
 /// The level of a single case of `ergodic verify`.
@@ -130,19 +131,19 @@ fn a_caustic_ten_percent_too_bright_is_caught() {
 #[test]
 fn a_mutation_with_a_slightly_wrong_density_is_caught() {
     let scene = scene("cornell");
-    let replicas = |ln_factor: f64, round: u64| -> Vec<Image> {
-        let members = AnyMutation::all().into_iter().map(|inner| {
-            let fault = if inner.is_ergodic() { 0.0 } else { ln_factor };
+    let replicas = |factor: f64, round: u64| -> Vec<Image> {
+        let members = AnyMutation::all().into_iter().map(|mutation| {
+            let fault = if mutation.is_ergodic() { 1.0 } else { factor };
             // Off on one side of the image only.
-            let ln_density = move |_: &PathSpace, _: &Path, to: &Path, _: Splice, right: f64| {
-                if to.vertices[to.length() - 1].position.x > 0.0 { right + fault } else { right }
+            let factor = move |_: &Path, to: &Path, _: Splice| {
+                if to.vertices[to.length() - 1].position.x > 0.0 { fault } else { 1.0 }
             };
-            (1.0, Tampered { inner, ln_density })
+            (1.0, Scaled { mutation, factor })
         });
         let mixture = Mixture::new(members.collect()).expect("weights are positive");
         let names: Vec<_> = AnyMutation::all().iter().map(AnyMutation::name).collect();
         let one = |seed: u64| {
-            let settings = settings(Method::Mlt, 24.0, seed);
+            let settings = settings(Method::Mlt, 48.0, seed);
             let rendering = render_with_mixture(&scene, &settings, &mixture, &names, &Unobserved);
             image(&rendering.expect("valid settings").picture)
         };
@@ -150,8 +151,8 @@ fn a_mutation_with_a_slightly_wrong_density_is_caught() {
     };
     let (rounds, mut caught) = (nightly(1, 20), 0);
     for round in 0..rounds {
-        let right = test("cornell", &replicas(0.0, round));
-        let wrong = test("cornell", &replicas(1.5f64.ln(), round));
+        let right = test("cornell", &replicas(1.0, round));
+        let wrong = test("cornell", &replicas(1.5, round));
         println!("right p = {:.1e}, wrong p = {:.1e}, {:?}", right.p(), wrong.p(), wrong.worst());
         assert_eq!(right.verdict(ALPHA), Verdict::Holds, "{:?}", right.worst());
         caught += u32::from(wrong.verdict(ALPHA) == Verdict::Fails);

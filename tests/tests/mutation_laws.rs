@@ -4,13 +4,14 @@
 use std::f64::consts::PI;
 
 use ergodic_geometry::Anchor;
+use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Flow, FlowVerdict, Invariance};
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
 use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
 use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution, raster};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
-use ergodic_tests::{PathSource, Tampered, nightly, space};
+use ergodic_tests::{PathSource, nightly, space};
 use glam::DVec3;
 
 const SCENES: [&str; 4] = ["cornell", "ajar", "glass", "pool"];
@@ -213,9 +214,8 @@ type LnFactor<'a> = &'a dyn Fn(&PathSpace, &Path, &Path, (usize, Splice)) -> f64
 fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor: LnFactor<'_>) -> (f64, FlowVerdict) {
     // Short paths only: longer ones come with weights so uneven that they hide what these show.
     let space = space(scene, SIZE, Lengths { min_edges: 1, max_edges: 5 });
-    let ln_density =
-        |space: &PathSpace, from: &Path, to: &Path, plan, right: f64| right + ln_factor(space, from, to, plan);
-    let kernels = [Tampered { inner: mixture(members), ln_density }];
+    let factor = |from: &Path, to: &Path, plan| ln_factor(&space, from, to, plan).exp();
+    let kernels = [Scaled { mutation: mixture(members), factor }];
     let (law, flow) = &drifts(&space, &kernels, samples, 29)[0];
     let (z, balance) = (law.verdict(ALPHA).max_t, flow.verdict());
     println!("{scene}: Q = {:.0} of {:.0}", balance.q, balance.limit);

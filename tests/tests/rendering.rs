@@ -2,14 +2,15 @@
 
 use std::sync::Arc;
 
+use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
-use ergodic_pathspace::{Path, PathSpace, Scene};
+use ergodic_pathspace::{Path, Scene};
 use ergodic_render::{
     Budget, Direct, FilterSettings, Method, Replayed, Settings, Unobserved, render, render_with_mixture, replay,
 };
 use ergodic_scattering::luminance;
-use ergodic_tests::{Tampered, description, view_of};
+use ergodic_tests::{description, view_of};
 
 fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
     let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
@@ -42,10 +43,10 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
     let scene = view_of(description("cornell"), (24, 24));
     let settings = settings(Method::Mlt, (24, 24), 50.0);
     // No number on paths of four edges whose second vertex is high up.
-    let ln_density = |_: &PathSpace, _: &Path, to: &Path, _: Splice, right: f64| {
-        if to.length() == 4 && to.vertices[1].position.y > 0.3 { f64::NAN } else { right }
+    let factor = |_: &Path, to: &Path, _: Splice| {
+        if to.length() == 4 && to.vertices[1].position.y > 0.3 { f64::NAN } else { 1.0 }
     };
-    let members = AnyMutation::all().into_iter().map(|inner| (1.0, Tampered { inner, ln_density })).collect();
+    let members = AnyMutation::all().into_iter().map(|mutation| (1.0, Scaled { mutation, factor })).collect();
     let mixture = Mixture::new(members).unwrap();
     let names: Vec<_> = AnyMutation::all().iter().map(AnyMutation::name).collect();
     let rendering = render_with_mixture(&scene, &settings, &mixture, &names, &Unobserved).unwrap();

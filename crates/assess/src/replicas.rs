@@ -26,7 +26,7 @@ const DOMINATED: f64 = 0.5;
 
 /// If more than this share of the blocks is dominated, rare bright samples make up the picture, and where none has been seen
 /// yet, t is far below what Student allows. The blocks then decide nothing.
-const RESOLVED: f64 = 0.04;
+const RESOLVED: f64 = 0.02;
 
 /// Blocks darker than this share of the mean block are left to their brighter neighbours: too few samples fall there for t to
 /// be Student's.

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
+use ergodic_assess::Image;
 use ergodic_pathspace::Scene;
 use ergodic_render::{Budget, Direct, Method, Picture, RenderError, Rendering, Settings, Unobserved, render_replicas};
 use ergodic_scattering::Rgb;
@@ -44,17 +45,18 @@ impl Estimate {
     }
 }
 
-/// Renders replicas and takes the mean of what `of` says of each picture. What went wrong with a contribution is an error.
-pub fn estimate(
+/// Renders replicas and takes the means of what `of` says of each picture. What went wrong with a contribution is an error.
+pub fn estimate<const N: usize>(
     scene: &Arc<Scene>,
     settings: &Settings,
     replicas: usize,
-    of: impl Fn(&Picture) -> Rgb,
-) -> Result<Estimate, RenderError> {
+    of: impl Fn(&Picture) -> [Rgb; N],
+) -> Result<[Estimate; N], RenderError> {
     let renderings = render_replicas(scene, settings, replicas, &Unobserved)?;
     let left_out: u64 = renderings.iter().map(left_out).sum();
     assert_eq!(left_out, 0, "contributions were not finite, or negative");
-    Ok(Estimate::of(&renderings.iter().map(|rendering| of(&rendering.picture)).collect::<Vec<_>>()))
+    let found: Vec<[Rgb; N]> = renderings.iter().map(|rendering| of(&rendering.picture)).collect();
+    Ok(std::array::from_fn(|i| Estimate::of(&found.iter().map(|values| values[i]).collect::<Vec<_>>())))
 }
 
 /// Contributions and proposals of a rendering that were no numbers, or negative.
@@ -80,6 +82,12 @@ pub fn settings(method: Method, edges: &RangeInclusive<usize>, side: u32, sample
     settings.mlt.seeding.relative_error = 0.01;
     settings.mlt.seeding.max_samples = 200_000;
     settings
+}
+
+/// A picture as the images that references are compared with.
+pub fn image(picture: &Picture) -> Image {
+    let pixels = picture.pixels.iter().map(|p| p.to_array()).collect();
+    Image { width: picture.width, height: picture.height, pixels }
 }
 
 /// `small`, or `large` where the nightly sizes are asked for: with ERGODIC_TESTS=nightly in the environment.

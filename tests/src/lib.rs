@@ -6,7 +6,7 @@ mod eye;
 mod shapes;
 mod source;
 
-pub use estimate::{Estimate, estimate, nightly, settings};
+pub use estimate::{Estimate, estimate, image, nightly, settings};
 pub use eye::Eye;
 pub use shapes::{Thing, cuboid, description_of, diffuse, glass, mirror, quad, scene_of, sphere};
 pub use source::PathSource;

@@ -9,11 +9,11 @@ use ergodic_metropolis::{Mixture, RandomSource};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
 use ergodic_render::{
-    Budget, Direct, Estimator, Method, Picture, Purpose, Settings, Stage, Unobserved, render_replicas,
-    render_with_mixture, sample_image,
+    Budget, Direct, Estimator, Method, Purpose, Settings, Stage, Unobserved, render_replicas, render_with_mixture,
+    sample_image,
 };
 use ergodic_scattering::{Filter, Rgb};
-use ergodic_tests::{description, nightly, root, view_of};
+use ergodic_tests::{description, image, nightly, root, view_of};
 use glam::DVec2;
 
 /// The level of a single case of `ergodic verify`.
@@ -27,11 +27,6 @@ fn reference(name: &str) -> Reference {
 fn scene(name: &str) -> Arc<Scene> {
     let image = reference(name).mean;
     view_of(description(name), (image.width, image.height))
-}
-
-fn image(picture: &Picture) -> Image {
-    let pixels = picture.pixels.iter().map(|p| p.to_array()).collect();
-    Image { width: picture.width, height: picture.height, pixels }
 }
 
 fn test(name: &str, replicas: &[Image]) -> ReplicaTest {

@@ -80,14 +80,14 @@ fn border_pixels_are_as_bright_as_the_others() {
             }
         };
         let border = |i: usize| [i % side, i / side].iter().any(|&c| c == 0 || c + 1 == side);
-        let found: [Estimate; 2] = [true, false].map(|wanted| {
-            estimate(&scene, &settings, REPLICAS, |picture| {
+        let found: [Estimate; 2] = estimate(&scene, &settings, REPLICAS, |picture| {
+            [true, false].map(|wanted| {
                 let pixels: Vec<Rgb> =
                     picture.pixels.iter().enumerate().filter(|(i, _)| border(*i) == wanted).map(|(_, p)| *p).collect();
                 pixels.iter().sum::<Rgb>() / pixels.len() as f64
             })
-            .unwrap_or_else(|e| panic!("{e}"))
-        });
+        })
+        .unwrap_or_else(|e| panic!("{e}"));
         println!(
             "{filter:?}: border {:.5} +- {:.5}, inside {:.5} +- {:.5}",
             found[0].mean, found[0].error, found[1].mean, found[1].error

@@ -49,10 +49,8 @@ fn mean_over_columns(picture: &Picture, columns: usize) -> Rgb {
 
 fn means(scene: &Arc<Scene>, settings: &Settings) -> Means {
     let width = settings.size.0 as usize;
-    [width, width / 2].map(|columns| {
-        estimate(scene, settings, REPLICAS, |picture| mean_over_columns(picture, columns))
-            .unwrap_or_else(|e| panic!("{e}"))
-    })
+    estimate(scene, settings, REPLICAS, |picture| [width, width / 2].map(|columns| mean_over_columns(picture, columns)))
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// What is known exactly of the two means.

@@ -9,9 +9,10 @@ use ergodic_render::{
     statistics::MutationStatistics, stream,
 };
 use ergodic_scattering::Filter;
-use ergodic_tests::{PathSource, description, nightly, root, space, view_of};
+use ergodic_tests::{PathSource, description, image, nightly, root, space, view_of};
 
 use super::settings;
+use crate::mutation_laws::{members, mixture};
 
 #[test]
 fn ten_mutations_in_each_of_many_chains_are_unbiased() {
@@ -26,24 +27,27 @@ fn ten_mutations_in_each_of_many_chains_are_unbiased() {
     settings.mlt.seeding.relative_error = 1e-6;
     settings.mlt.seeding.max_samples = 4 * settings.mlt.chains as u64;
     let renderings = render_replicas(&scene, &settings, 48, &Unobserved).expect("valid settings");
-    let images = |scale: f64| -> Vec<Image> {
-        let image = |r: &ergodic_render::Rendering| Image {
-            width: r.picture.width,
-            height: r.picture.height,
-            pixels: r.picture.pixels.iter().map(|p| (*p * scale).to_array()).collect(),
-        };
-        renderings.iter().map(image).collect()
-    };
+    let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
+    let mut too_bright = images.clone();
+    too_bright.iter_mut().flat_map(|image| &mut image.pixels).flatten().for_each(|value| *value *= 1.1);
     let mutations = renderings[0].mlt.as_ref().map_or(0, |report| report.mutations);
     assert_eq!(mutations, 10 * settings.mlt.chains as u64);
-    let right = test_replicas(&images(1.0), &reference).unwrap_or_else(|e| panic!("{e}"));
+    let right = test_replicas(&images, &reference).unwrap_or_else(|e| panic!("{e}"));
     println!(
         "10 mutations a chain: p of the largest block {:.2}, of exceedances {:.2}, of the total {:.2}",
         right.p_largest, right.exceedances.1, right.total.2
     );
     assert_eq!(right.verdict(1e-4), Verdict::Holds);
-    let wrong = test_replicas(&images(1.1), &reference).unwrap_or_else(|e| panic!("{e}"));
+    let wrong = test_replicas(&too_bright, &reference).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(wrong.verdict(1e-4), Verdict::Fails);
+}
+
+fn some_path(space: &PathSpace) -> Path {
+    let mut path = Path::default();
+    let mut source = PathSource::new(space);
+    let mut rng = stream(1, Purpose::Starts, 0);
+    while source.draw(&mut path, &mut rng).is_none() {}
+    path
 }
 
 fn ledger(space: &PathSpace, members: usize) -> Ledger {
@@ -59,11 +63,7 @@ fn ledger(space: &PathSpace, members: usize) -> Ledger {
 #[test]
 fn a_chain_run_in_parts_is_the_chain_run_at_once() {
     let space = space("glass", (32, 32), Lengths { min_edges: 1, max_edges: 8 });
-    let mixture = Mixture::new(AnyMutation::all().into_iter().map(|m| (1.0, m)).collect()).expect("positive weights");
-    let mut path = Path::default();
-    let mut source = PathSource::new(&space);
-    let mut rng = stream(1, Purpose::Starts, 0);
-    while source.draw(&mut path, &mut rng).is_none() {}
+    let (mixture, path) = (mixture(members()), some_path(&space));
     let run = |parts: &[u64]| {
         let mut runner = ChainRunner::new(0, path.clone(), &space, stream(7, Purpose::Chain, 0));
         let mut ledger = ledger(&space, 4);
@@ -88,11 +88,7 @@ fn a_chain_run_in_parts_is_the_chain_run_at_once() {
 fn chains_of_different_number_are_uncorrelated() {
     // From one and the same path, so that only their random numbers tell them apart.
     let space = space("cornell", (32, 32), Lengths { min_edges: 2, max_edges: 4 });
-    let mixture = Mixture::new(AnyMutation::all().into_iter().map(|m| (1.0, m)).collect()).expect("positive weights");
-    let mut path = Path::default();
-    let mut source = PathSource::new(&space);
-    let mut rng = stream(1, Purpose::Starts, 0);
-    while source.draw(&mut path, &mut rng).is_none() {}
+    let (mixture, path) = (mixture(members()), some_path(&space));
     let (chains, times, every) = (64u64, nightly(128, 2048), 256);
     let series: Vec<Vec<f64>> = (0..chains)
         .map(|index| {
@@ -160,14 +156,7 @@ fn two_rooms_and_a_door_are_the_reference_and_the_longest_stay_is_told() {
     settings.size = size;
     let renderings = render_replicas(&scene, &settings, 32, &Unobserved).expect("valid settings");
     let longest = renderings.iter().filter_map(|r| r.mlt.as_ref()?.mixing.longest_stay).max_by_key(|stay| stay.steps);
-    let images: Vec<Image> = renderings
-        .iter()
-        .map(|r| Image {
-            width: size.0,
-            height: size.1,
-            pixels: r.picture.pixels.iter().map(|p| p.to_array()).collect(),
-        })
-        .collect();
+    let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
     let test = test_replicas(&images, &reference).unwrap_or_else(|e| panic!("{e}"));
     println!(
         "longest stay {longest:?}; p of the largest block {:.2}, of exceedances {:.2}, of the total {:.2}",

@@ -11,17 +11,15 @@ pub(crate) const MAX_COORDINATE: f64 = 1e100;
 
 /// Padding of every box of a search tree, in units of the tree's cube [-1, 1]³.
 ///
-/// Along each axis, in units of u = 2⁻²⁴ with all coordinates in the cube: rounding of the box 1, rounding of the
-/// ray's origin 1 and direction 4, `(p - o) / d + q e / d` up to 14, and up to 11 where the exponent of the node's grid is
-/// one too small because its logarithm was rounded. That is 31 u; 64 u = 32 `f32::EPSILON` leaves a factor of two.
+/// Along each axis, in units of u = 2⁻²⁴ with all coordinates in the cube, so that a plane is at most 2 away from the origin:
+/// rounding of the box 1, of the ray's origin 1, of origin times inverse 1, of the direction and its inverse 2 each times 2, and of
+/// the parameter of the plane, `fma(p, 1/d, -o/d)` or `(p - o) * (1/d)`, at most 4. That is 11 u; 64 u = 32 `f32::EPSILON`
+/// leaves a factor of five. Widened by it along every axis, a box is entered before and left after all that lies in it, also
+/// where t itself is rounded: |d| is at most 1, so the padding is worth at least 64 u in t, and t is at most 4.
 pub(crate) const TREE_PADDING: f64 = 32.0 * f32::EPSILON as f64;
 
-/// The largest component of a direction inside a tree. The traversal drops what lies nearer than 1e-4 in ray
-/// parameter; with this length of the direction that is 1e-16 of the cube's half edge, far below the padding.
-pub(crate) const TREE_DIRECTION: f64 = 1.0 / (1u64 << 40) as f64;
-
-/// Smallest component of a direction inside a tree, relative to the largest: over the whole cube it moves the ray
-/// by less than any padding, and its reciprocal is finite, so that `0 * (1 / d)` is never NaN.
+/// Smallest component of a direction inside a tree: over the whole cube it moves the ray by less than any padding, and its
+/// reciprocal is finite, so that `0 * (1 / d)` is never NaN.
 pub(crate) const TREE_MIN_COMPONENT: f64 = 1e-18;
 
 /// Triangles whose sine at the corner is below this, with edges measured by the longest, have no direction left after

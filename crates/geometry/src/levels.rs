@@ -9,10 +9,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::{
-    GeometryError, Hit, Mesh, Ray,
-    bvh::{Cube, CubeMap, InstanceTree, TreeRay, TriangleTree},
+    GeometryError, Hit, Isa, Mesh, Ray,
     hidden::{Hidden, Places},
     placement::Placement,
+    tree::{Block, Cube, CubeMap, LANES, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
 };
 
@@ -48,12 +48,56 @@ impl Nearest {
     }
 }
 
+/// Triangles with the tree over them.
+struct TriangleTree {
+    cube: Cube,
+    tree: Tree,
+    /// In the order of the tree.
+    blocks: Vec<Block>,
+    /// For every place of a block, the caller's number of its triangle; unused places repeat the last.
+    numbers: Vec<u32>,
+}
+
+impl TriangleTree {
+    /// Builds the tree over the triangles `0 .. count`, of which there is at least one.
+    fn build(count: usize, triangle: impl Fn(usize) -> Triangle + Sync) -> Result<Self, GeometryError> {
+        if count > u32::MAX as usize {
+            return Err(GeometryError::TooMany { what: "triangles", count });
+        }
+        let box_of = |i: usize| {
+            let [a, b, c] = triangle(i);
+            (a.min(b).min(c), a.max(b).max(c))
+        };
+        let (min, max) = (0..count)
+            .into_par_iter()
+            .map(box_of)
+            .reduce(|| (DVec3::INFINITY, DVec3::NEG_INFINITY), |a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let cube = Cube::around(min, max);
+        let boxes = (0..count).into_par_iter().map(|i| {
+            let (min, max) = box_of(i);
+            cube.padded_box(min, max)
+        });
+        let mut blocks = Vec::with_capacity(count / 3);
+        let mut numbers = Vec::with_capacity(count / 3 * LANES);
+        let tree = Tree::build(boxes.collect(), |leaf| {
+            let mut block = Block::EMPTY;
+            for lane in 0..LANES {
+                let number = leaf[lane.min(leaf.len() - 1)];
+                block.set(lane, &triangle(number as usize));
+                numbers.push(number);
+            }
+            blocks.push(block);
+            blocks.len() - 1
+        });
+        blocks.shrink_to_fit();
+        numbers.shrink_to_fit();
+        Ok(Self { cube, tree, blocks, numbers })
+    }
+}
+
 /// The meshes with one instance, in the world's space.
 pub(crate) struct Baked {
-    cube: Cube,
-    tree: TriangleTree,
-    /// In the order of the tree.
-    triangles: Vec<Triangle>,
+    triangles: TriangleTree,
     owners: Vec<Owner>,
 }
 
@@ -66,60 +110,52 @@ impl Baked {
         instances: &[u32],
         hidden: &mut Hidden,
     ) -> Result<Option<Self>, GeometryError> {
-        let mut triangles = Vec::new();
-        let mut owners = Vec::new();
+        let mut owners: Vec<Owner> = Vec::new();
         let mut places = Places::default();
-        for &instance in instances {
+        let corners_of = |(instance, number): Owner| {
             let placement = &placements[instance as usize];
-            let mesh = &meshes[placement.mesh as usize];
-            for &number in &solid[placement.mesh as usize] {
-                let triangle = corners(mesh, number).map(|p| placement.point(p));
+            corners(&meshes[placement.mesh as usize], number).map(|p| placement.point(p))
+        };
+        for &instance in instances {
+            for &number in &solid[placements[instance as usize].mesh as usize] {
                 // The transform may have flattened it, or put it where a triangle of another mesh is.
-                if places.take(&triangle) {
-                    triangles.push(triangle);
+                if places.take(&corners_of((instance, number))) {
                     owners.push((instance, number));
                 } else {
                     hidden.hide(instance, number);
                 }
             }
         }
-        if triangles.is_empty() {
+        drop(places);
+        if owners.is_empty() {
             return Ok(None);
         }
-        let (cube, tree, order) = tree_over(&triangles)?;
-        let owners = order.iter().map(|&i| owners[i as usize]).collect();
-        let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
-        Ok(Some(Self { cube, tree, triangles, owners }))
+        let triangles = TriangleTree::build(owners.len(), |i| corners_of(owners[i]))?;
+        let owners = triangles.numbers.iter().map(|&i| owners[i as usize]).collect();
+        Ok(Some(Self { triangles, owners }))
     }
 
-    #[inline(always)]
-    pub(crate) fn closest<const AXIS: usize>(&self, shear: &Shear<AXIS>, ray: &Ray, nearest: &mut Nearest) {
-        let Some(tree_ray) = TreeRay::new(self.cube.point(ray.origin), self.cube.vector(ray.direction), f64::MAX)
-        else {
-            return;
-        };
-        self.tree.closest(&tree_ray, |i| {
-            let crossing = shear.cross(&self.triangles[i], nearest.crossing.t)?;
-            nearest.take(crossing, self.owners[i])
-        });
+    #[inline]
+    pub(crate) fn closest(&self, isa: Isa, shear: &Shear, ray: &Ray, nearest: &mut Nearest) {
+        let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
+        let Some(tree_ray) = TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), f64::MAX) else { return };
+        let take = |crossing: Crossing, slot: usize| nearest.take(crossing, self.owners[slot]);
+        isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, |i| &blocks[i], take);
     }
 
-    #[inline(always)]
-    pub(crate) fn any<const AXIS: usize>(&self, shear: &Shear<AXIS>, ray: &Ray, t_max: f64) -> bool {
-        TreeRay::new(self.cube.point(ray.origin), self.cube.vector(ray.direction), t_max)
-            .is_some_and(|tree_ray| self.tree.any(&tree_ray, |i| shear.cross(&self.triangles[i], t_max).is_some()))
+    #[inline]
+    pub(crate) fn any(&self, isa: Isa, shear: &Shear, ray: &Ray, t_max: f64) -> bool {
+        let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
+        TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), t_max)
+            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, |i| &blocks[i]).is_some())
     }
 }
 
 /// A mesh with several instances, in its own space.
 struct Prototype {
-    cube: Cube,
     min: DVec3,
     max: DVec3,
-    tree: TriangleTree,
-    /// In the order of the tree.
-    triangles: Vec<Triangle>,
-    numbers: Vec<u32>,
+    triangles: TriangleTree,
 }
 
 impl Prototype {
@@ -128,12 +164,12 @@ impl Prototype {
         if solid.is_empty() {
             return Ok(None);
         }
-        let triangles: Vec<Triangle> = solid.iter().map(|&number| corners(mesh, number)).collect();
-        let (min, max) = bounds(triangles.iter().flatten().copied());
-        let (cube, tree, order) = tree_over(&triangles)?;
-        let numbers = order.iter().map(|&i| solid[i as usize]).collect();
-        let triangles = order.iter().map(|&i| triangles[i as usize]).collect();
-        Ok(Some(Self { cube, min, max, tree, triangles, numbers }))
+        let (min, max) = bounds(solid.iter().flat_map(|&number| corners(mesh, number)));
+        let mut triangles = TriangleTree::build(solid.len(), |i| corners(mesh, solid[i]))?;
+        for number in &mut triangles.numbers {
+            *number = solid[*number as usize];
+        }
+        Ok(Some(Self { min, max, triangles }))
     }
 
     /// The corners of its box in the world, as a box. It holds the world-space vertices up to rounding, which the tree's
@@ -156,62 +192,48 @@ struct Member {
 /// All meshes with several instances.
 pub(crate) struct Shared {
     cube: Cube,
-    tree: InstanceTree,
+    tree: Tree,
     /// In the order of the tree.
     members: Vec<Member>,
     prototypes: Vec<Prototype>,
 }
 
 impl Shared {
-    #[inline(always)]
-    pub(crate) fn closest<const AXIS: usize>(
-        &self,
-        placements: &[Placement],
-        shear: &Shear<AXIS>,
-        ray: &Ray,
-        nearest: &mut Nearest,
-    ) {
+    #[inline]
+    pub(crate) fn closest(&self, isa: Isa, placements: &[Placement], shear: &Shear, ray: &Ray, nearest: &mut Nearest) {
         let t_max = nearest.crossing.t;
         let Some(tree_ray) = TreeRay::new(self.cube.point(ray.origin), self.cube.vector(ray.direction), t_max) else {
             return;
         };
-        self.tree.closest(&tree_ray, |i| {
+        isa.members(&self.tree.nodes, &tree_ray, |i, far| {
             let member = &self.members[i];
             let (origin, direction) = (member.to_cube.point(ray.origin), member.to_cube.vector(ray.direction));
-            let before = nearest.owner;
-            let member_ray = TreeRay::new(origin, direction, nearest.crossing.t)?;
+            let t_max = nearest.crossing.t;
+            let Some(member_ray) = TreeRay::new(origin, direction, t_max) else { return false };
             let placement = &placements[member.instance as usize];
-            let prototype = &self.prototypes[member.prototype];
-            prototype.tree.closest(&member_ray, |i| {
-                let triangle = prototype.triangles[i].map(|p| placement.point(p));
-                let crossing = shear.cross(&triangle, nearest.crossing.t)?;
-                nearest.take(crossing, (member.instance, prototype.numbers[i]))
-            });
-            (nearest.owner != before).then_some(nearest.crossing.t)
+            let TriangleTree { tree, blocks, numbers, .. } = &self.prototypes[member.prototype].triangles;
+            let take = |crossing, slot: usize| {
+                let t = nearest.take(crossing, (member.instance, numbers[slot]))?;
+                *far = tree_ray.above(t);
+                Some(t)
+            };
+            isa.closest(&tree.nodes, &member_ray, shear, t_max, |i| blocks[i].placed(placement), take);
+            false
         });
     }
 
-    #[inline(always)]
-    pub(crate) fn any<const AXIS: usize>(
-        &self,
-        placements: &[Placement],
-        shear: &Shear<AXIS>,
-        ray: &Ray,
-        t_max: f64,
-    ) -> bool {
+    #[inline]
+    pub(crate) fn any(&self, isa: Isa, placements: &[Placement], shear: &Shear, ray: &Ray, t_max: f64) -> bool {
         let Some(tree_ray) = TreeRay::new(self.cube.point(ray.origin), self.cube.vector(ray.direction), t_max) else {
             return false;
         };
-        self.tree.any(&tree_ray, |i| {
+        isa.members(&self.tree.nodes, &tree_ray, |i, _| {
             let member = &self.members[i];
             let (origin, direction) = (member.to_cube.point(ray.origin), member.to_cube.vector(ray.direction));
             let placement = &placements[member.instance as usize];
-            let prototype = &self.prototypes[member.prototype];
+            let TriangleTree { tree, blocks, .. } = &self.prototypes[member.prototype].triangles;
             TreeRay::new(origin, direction, t_max).is_some_and(|member_ray| {
-                prototype.tree.any(&member_ray, |i| {
-                    let triangle = prototype.triangles[i].map(|p| placement.point(p));
-                    shear.cross(&triangle, t_max).is_some()
-                })
+                isa.any(&tree.nodes, &member_ray, shear, t_max, |i| blocks[i].placed(placement)).is_some()
             })
         })
     }
@@ -246,9 +268,9 @@ pub(crate) fn split(
             continue;
         }
         let mesh = placement.mesh as usize;
-        let to_cube = prototypes[mesh]
-            .as_ref()
-            .map(|prototype| CubeMap::new(&prototype.cube, &placement.transform, reach).map(|map| (prototype, map)));
+        let to_cube = prototypes[mesh].as_ref().map(|prototype| {
+            CubeMap::new(&prototype.triangles.cube, &placement.transform, reach).map(|map| (prototype, map))
+        });
         match to_cube {
             Some(Some((prototype, to_cube))) => {
                 boxes.push(prototype.world_box(placement));
@@ -265,7 +287,11 @@ pub(crate) fn split(
 
     let (min, max) = bounds(boxes.iter().flat_map(|(min, max)| [*min, *max]));
     let cube = Cube::around(min, max);
-    let (tree, order) = InstanceTree::build(&cube, &boxes);
+    let mut order = Vec::with_capacity(members.len());
+    let tree = Tree::build(boxes.iter().map(|(min, max)| cube.padded_box(*min, *max)).collect(), |leaf| {
+        order.extend_from_slice(leaf);
+        order.len() - leaf.len()
+    });
     // Number the prototypes that are there.
     let mut numbers = vec![0; prototypes.len()];
     let mut kept = Vec::new();
@@ -293,20 +319,9 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
 }
 
-fn tree_over(triangles: &[Triangle]) -> Result<(Cube, TriangleTree, Vec<u32>), GeometryError> {
-    if triangles.len() > u32::MAX as usize {
-        return Err(GeometryError::TooMany { what: "triangles", count: triangles.len() });
-    }
-    let boxes: Vec<_> = triangles.iter().map(|t| (t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2]))).collect();
-    let (min, max) = bounds(boxes.iter().flat_map(|(min, max)| [*min, *max]));
-    let cube = Cube::around(min, max);
-    let (tree, order) = TriangleTree::build(&cube, &boxes)?;
-    Ok((cube, tree, order))
-}
-
 impl fmt::Debug for Baked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Baked").field("triangles", &self.triangles.len()).finish_non_exhaustive()
+        f.debug_struct("Baked").field("triangles", &self.triangles.numbers.len()).finish_non_exhaustive()
     }
 }
 

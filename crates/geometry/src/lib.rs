@@ -4,7 +4,6 @@
 //! triangles than it must, never fewer. The triangle test that decides is watertight and runs in world space, so a hit
 //! has the same bits whether its mesh is baked into the static tree or shared by several instances.
 
-mod bvh;
 mod epsilon;
 mod error;
 mod frame;
@@ -13,6 +12,7 @@ mod levels;
 mod mesh;
 mod placement;
 mod surface;
+mod tree;
 mod triangle;
 mod world;
 
@@ -21,4 +21,5 @@ pub use error::GeometryError;
 pub use frame::Frame;
 pub use mesh::Mesh;
 pub use surface::Surface;
+pub use tree::Isa;
 pub use world::{Anchor, Hit, Instance, Ray, World};

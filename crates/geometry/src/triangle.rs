@@ -10,11 +10,14 @@ pub(crate) type Triangle = [DVec3; 3];
 /// A ray made ready for the test: translated to the origin and sheared so that it runs along axis `Z`, the largest
 /// component of its direction.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Shear<const Z: usize> {
-    origin: DVec3,
-    sx: f64,
-    sy: f64,
-    sz: f64,
+pub(crate) struct Shear {
+    pub(crate) origin: [f64; 3],
+    /// The axes X, Y and Z of the sheared space.
+    pub(crate) axes: [usize; 3],
+    /// What is taken off X and Y for each unit of Z.
+    pub(crate) slope: [f64; 2],
+    /// The ray's parameter for each unit of Z.
+    per_z: f64,
 }
 
 /// Where a ray meets a triangle: parameter and the barycentrics of vertices 1 and 2.
@@ -27,7 +30,7 @@ pub(crate) struct Crossing {
 
 /// The axis of the largest component.
 #[inline]
-pub(crate) fn major_axis(direction: DVec3) -> usize {
+fn major_axis(direction: DVec3) -> usize {
     let a = direction.abs();
     if a.x > a.y && a.x > a.z {
         0
@@ -38,23 +41,23 @@ pub(crate) fn major_axis(direction: DVec3) -> usize {
     }
 }
 
-impl<const Z: usize> Shear<Z> {
-    const X: usize = (Z + 1) % 3;
-    const Y: usize = (Z + 2) % 3;
-
+impl Shear {
     #[inline]
     pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
+        let z = major_axis(direction);
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
         let d = direction.to_array();
-        let sz = 1.0 / d[Z];
-        Self { origin, sx: d[Self::X] * sz, sy: d[Self::Y] * sz, sz }
+        let per_z = 1.0 / d[z];
+        Self { origin: origin.to_array(), axes, slope: [d[axes[0]] * per_z, d[axes[1]] * per_z], per_z }
     }
 
     /// A vertex in the sheared space. It depends on the ray and the vertex alone, so all triangles around the vertex see
     /// the same point.
     #[inline(always)]
     fn vertex(&self, vertex: DVec3) -> [f64; 3] {
-        let p = (vertex - self.origin).to_array();
-        [p[Self::X] - self.sx * p[Z], p[Self::Y] - self.sy * p[Z], p[Z]]
+        let p = vertex.to_array();
+        let [x, y, z] = self.axes.map(|axis| p[axis] - self.origin[axis]);
+        [x - self.slope[0] * z, y - self.slope[1] * z, z]
     }
 
     /// The crossing with 0 < t <= `t_max`. Both sides count.
@@ -83,7 +86,7 @@ impl<const Z: usize> Shear<Z> {
             return None;
         }
         let inverse = 1.0 / determinant;
-        let t = (wa * az + wb * bz + wc * cz) * self.sz * inverse;
+        let t = (wa * az + wb * bz + wc * cz) * self.per_z * inverse;
         if t > 0.0 && t <= t_max { Some(Crossing { t, u: wb * inverse, v: wc * inverse }) } else { None }
     }
 }
@@ -124,11 +127,11 @@ mod tests {
         let target = triangle[0] * (1.0 - u - v) + triangle[1] * u + triangle[2] * v;
         let origin = DVec3::new(0.4, -0.3, 5.0);
         let direction = (target - origin).normalize();
-        let crossing = Shear::<2>::new(origin, direction).cross(&triangle, f64::INFINITY).unwrap();
+        let crossing = Shear::new(origin, direction).cross(&triangle, f64::INFINITY).unwrap();
         assert!((crossing.u - u).abs() < 1e-14 && (crossing.v - v).abs() < 1e-14);
         assert!((crossing.t - origin.distance(target)).abs() < 1e-14);
-        assert!(Shear::<2>::new(origin, -direction).cross(&triangle, f64::INFINITY).is_none());
-        assert!(Shear::<2>::new(origin, direction).cross(&triangle, 0.9 * crossing.t).is_none());
+        assert!(Shear::new(origin, -direction).cross(&triangle, f64::INFINITY).is_none());
+        assert!(Shear::new(origin, direction).cross(&triangle, 0.9 * crossing.t).is_none());
     }
 
     #[test]

@@ -3,12 +3,12 @@
 use glam::{DAffine3, DVec3};
 
 use crate::{
-    GeometryError, Mesh,
+    GeometryError, Isa, Mesh,
     epsilon::{MAX_COORDINATE, spawn_offset},
     hidden::Hidden,
     levels::{Baked, Nearest, Shared, split},
     placement::Placement,
-    triangle::{Shear, major_axis},
+    triangle::Shear,
 };
 
 /// A half-line.
@@ -65,6 +65,7 @@ pub struct World {
     /// How far off the surface rays start.
     offset: f64,
     hidden: Hidden,
+    isa: Isa,
 }
 
 impl World {
@@ -99,7 +100,18 @@ impl World {
         let (mut hidden, solid) = Hidden::new(&meshes, &placements);
         let (baked, shared) = split(&meshes, &placements, &solid, bounds, &mut hidden)?;
         let offset = spawn_offset(bounds.0, bounds.1);
-        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden })
+        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden, isa: Isa::best() })
+    }
+
+    /// The same world, searched with other instructions; the answers are the same to the bit.
+    pub fn with_isa(mut self, isa: Isa) -> Self {
+        self.isa = isa;
+        self
+    }
+
+    /// The instructions that it is searched with.
+    pub fn isa(&self) -> Isa {
+        self.isa
     }
 
     /// The box around all triangles, (lowest, highest) corner; zero for a world without triangles.
@@ -154,21 +166,13 @@ impl World {
     /// (instance, triangle).
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        match major_axis(ray.direction) {
-            0 => self.closest::<0>(ray),
-            1 => self.closest::<1>(ray),
-            _ => self.closest::<2>(ray),
-        }
-    }
-
-    fn closest<const AXIS: usize>(&self, ray: &Ray) -> Option<Hit> {
-        let shear = Shear::<AXIS>::new(ray.origin, ray.direction);
+        let shear = Shear::new(ray.origin, ray.direction);
         let mut nearest = Nearest::NONE;
         if let Some(baked) = &self.baked {
-            baked.closest(&shear, ray, &mut nearest);
+            baked.closest(self.isa, &shear, ray, &mut nearest);
         }
         if let Some(shared) = &self.shared {
-            shared.closest(&self.placements, &shear, ray, &mut nearest);
+            shared.closest(self.isa, &self.placements, &shear, ray, &mut nearest);
         }
         nearest.hit()
     }
@@ -177,17 +181,9 @@ impl World {
     #[inline]
     fn blocked(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
         let ray = Ray { origin, direction };
-        match major_axis(direction) {
-            0 => self.any::<0>(&ray, t_max),
-            1 => self.any::<1>(&ray, t_max),
-            _ => self.any::<2>(&ray, t_max),
-        }
-    }
-
-    fn any<const AXIS: usize>(&self, ray: &Ray, t_max: f64) -> bool {
-        let shear = Shear::<AXIS>::new(ray.origin, ray.direction);
-        self.baked.as_ref().is_some_and(|baked| baked.any(&shear, ray, t_max))
-            || self.shared.as_ref().is_some_and(|shared| shared.any(&self.placements, &shear, ray, t_max))
+        let shear = Shear::new(origin, direction);
+        self.baked.as_ref().is_some_and(|baked| baked.any(self.isa, &shear, &ray, t_max))
+            || self.shared.as_ref().is_some_and(|s| s.any(self.isa, &self.placements, &shear, &ray, t_max))
     }
 
     /// The point from which rays leave `anchor` for the side that `direction` points to.

@@ -12,7 +12,7 @@ use crate::{
     GeometryError, Hit, Isa, Mesh, Ray,
     hidden::{Hidden, Places},
     placement::Placement,
-    tree::{Block, Cube, CubeMap, LANES, Tree, TreeRay},
+    tree::{Block, Cube, CubeMap, LANES, Pages, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
 };
 
@@ -53,7 +53,7 @@ struct TriangleTree {
     cube: Cube,
     tree: Tree,
     /// In the order of the tree.
-    blocks: Vec<Block>,
+    blocks: Pages<Block>,
     /// For every place of a block, the caller's number of its triangle; unused places repeat the last.
     numbers: Vec<u32>,
 }
@@ -89,9 +89,8 @@ impl TriangleTree {
             blocks.push(block);
             blocks.len() - 1
         });
-        blocks.shrink_to_fit();
         numbers.shrink_to_fit();
-        Ok(Self { cube, tree, blocks, numbers })
+        Ok(Self { cube, tree, blocks: Pages::copy_of(&blocks), numbers })
     }
 }
 
@@ -140,14 +139,14 @@ impl Baked {
         let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
         let Some(tree_ray) = TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), f64::MAX) else { return };
         let take = |crossing: Crossing, slot: usize| nearest.take(crossing, self.owners[slot]);
-        isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, |i| &blocks[i], take);
+        isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, blocks, |block| *block, take);
     }
 
     #[inline]
     pub(crate) fn any(&self, isa: Isa, shear: &Shear, ray: &Ray, t_max: f64) -> bool {
         let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
         TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), t_max)
-            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, |i| &blocks[i]).is_some())
+            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| *block).is_some())
     }
 }
 
@@ -217,7 +216,7 @@ impl Shared {
                 *far = tree_ray.above(t);
                 Some(t)
             };
-            isa.closest(&tree.nodes, &member_ray, shear, t_max, |i| blocks[i].placed(placement), take);
+            isa.closest(&tree.nodes, &member_ray, shear, t_max, blocks, |block| block.placed(placement), take);
             false
         });
     }
@@ -233,7 +232,7 @@ impl Shared {
             let placement = &placements[member.instance as usize];
             let TriangleTree { tree, blocks, .. } = &self.prototypes[member.prototype].triangles;
             TreeRay::new(origin, direction, t_max).is_some_and(|member_ray| {
-                isa.any(&tree.nodes, &member_ray, shear, t_max, |i| blocks[i].placed(placement)).is_some()
+                isa.any(&tree.nodes, &member_ray, shear, t_max, blocks, |block| block.placed(placement)).is_some()
             })
         })
     }

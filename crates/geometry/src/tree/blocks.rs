@@ -1,5 +1,6 @@
 //! The triangles of a tree, in its order, four side by side for SIMD.
 
+use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 use crate::{placement::Placement, triangle::Triangle};
@@ -11,7 +12,7 @@ pub(crate) const LANES: usize = 4;
 pub(crate) type Quad = [f64; LANES];
 
 /// Vertices of four triangles: for each vertex, for each axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
 pub(crate) struct Block(pub(crate) [[Quad; 3]; 3]);
 

@@ -9,38 +9,54 @@ use obvhs::{
     bvh2::{Bvh2, builder::build_bvh2},
 };
 
-use super::node::{Child, LEAF, Node, WIDTH};
+use super::{
+    node::{Child, Node, WIDTH},
+    pages::Pages,
+};
 
 /// Nodes over primitives.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Tree {
-    pub(crate) nodes: Vec<Node>,
+    pub(crate) nodes: Pages<Node>,
 }
 
-/// A leaf takes this many primitives wherever it can: they are tested together.
+/// A leaf takes at most this many primitives: they are tested together.
 const TOGETHER: usize = 4;
+
+/// What it costs to look into a leaf, of which a node costs 1.
+const LEAF_COST: f32 = 1.0;
+
+/// What obvhs takes a node of its binary tree to cost where it decides about leaves, of which a primitive costs 1. Few are left
+/// to wide nodes, which decide by [`LEAF_COST`].
+const COLLAPSE_COST: f32 = 1.0;
 
 impl Tree {
     /// Builds the tree over padded boxes; there is at least one. For each leaf, `place` is given the numbers of its boxes and
     /// returns the place of the first in the caller's own order of primitives.
     pub(crate) fn build(boxes: Vec<Aabb>, mut place: impl FnMut(&[u32]) -> usize) -> Self {
-        let parameters = BvhBuildParams { max_prims_per_leaf: TOGETHER as u32, ..BvhBuildParams::medium_build() };
+        let parameters = BvhBuildParams {
+            max_prims_per_leaf: TOGETHER as u32,
+            collapse_traversal_cost: COLLAPSE_COST,
+            ..BvhBuildParams::medium_build()
+        };
         let binary = build_bvh2(&boxes, parameters, &mut Duration::default());
         drop(boxes);
-        let counts = counts(&binary);
+        let costs = Costs::new(&binary);
         let mut nodes = Vec::with_capacity(binary.nodes.len() / 8 + 1);
         nodes.push(Node::EMPTY);
-        let mut numbers = Vec::with_capacity(LEAF);
+        let mut numbers = Vec::with_capacity(TOGETHER);
+        let mut children = Vec::with_capacity(WIDTH);
         // Depth first, so that what lies together in space lies together in memory.
         let mut open = vec![(0usize, 0u32)];
         while let Some((index, root)) = open.pop() {
-            let children = children(&binary, &counts, root);
-            let inner = children.iter().filter(|&&child| !is_leaf(&binary, &counts, child)).count();
+            children.clear();
+            costs.children(root, &mut children);
+            let inner = children.iter().filter(|&&child| !costs.is_leaf(child)).count();
             let first = nodes.len();
             nodes.resize(first + inner, Node::EMPTY);
             let mut next = first;
             for (i, &child) in children.iter().enumerate() {
-                let reference = if is_leaf(&binary, &counts, child) {
+                let reference = if costs.is_leaf(child) {
                     numbers.clear();
                     gather(&binary, child, &mut numbers);
                     Child::leaf(place(&numbers), numbers.len())
@@ -52,49 +68,102 @@ impl Tree {
                 nodes[index].set(i, binary.nodes[child as usize].aabb(), reference);
             }
         }
-        nodes.shrink_to_fit();
-        Self { nodes }
+        Self { nodes: Pages::copy_of(&nodes) }
     }
 }
 
-/// How many primitives lie below each node.
-fn counts(binary: &Bvh2) -> Vec<u32> {
-    let mut counts: Vec<u32> = binary.nodes.iter().map(|node| node.prim_count).collect();
-    // Children first, by a stack of its own: the tree may be as deep as it has leaves.
-    let mut stack = vec![(0u32, false)];
-    while let Some((index, children_known)) = stack.pop() {
-        let node = &binary.nodes[index as usize];
-        if node.is_leaf() {
-            continue;
+/// What each subtree of the binary tree costs at least when it is made of wide nodes and leaves, by the number of children
+/// of a wide node that it may take up (Ylitie, Karras and Laine 2017, section 3.1).
+struct Costs<'a> {
+    binary: &'a Bvh2,
+    /// Of each binary node, for 1 ..= 7 children.
+    costs: Vec<[f32; WIDTH - 1]>,
+}
+
+impl<'a> Costs<'a> {
+    fn new(binary: &'a Bvh2) -> Self {
+        let mut parents_first = Vec::with_capacity(binary.nodes.len());
+        let mut stack = vec![0u32];
+        while let Some(index) = stack.pop() {
+            parents_first.push(index);
+            let node = &binary.nodes[index as usize];
+            if !node.is_leaf() {
+                stack.extend([node.first_index, node.first_index + 1]);
+            }
         }
-        let (left, right) = (node.first_index, node.first_index + 1);
-        if children_known {
-            counts[index as usize] = counts[left as usize] + counts[right as usize];
-        } else {
-            stack.extend([(index, true), (left, false), (right, false)]);
+        let mut costs = Self { binary, costs: vec![[0.0; WIDTH - 1]; binary.nodes.len()] };
+        let mut counts = vec![0u8; binary.nodes.len()];
+        for &index in parents_first.iter().rev() {
+            let node = &binary.nodes[index as usize];
+            let area = node.aabb().half_area();
+            let (left, right) = (node.first_index as usize, node.first_index as usize + 1);
+            let count = if node.is_leaf() {
+                node.prim_count as usize
+            } else {
+                usize::from(counts[left]) + usize::from(counts[right])
+            };
+            // More than a leaf holds is all that matters of greater numbers.
+            counts[index as usize] = count.min(TOGETHER + 1) as u8;
+            let as_leaf = if count <= TOGETHER { area * LEAF_COST } else { f32::INFINITY };
+            let of = &mut [as_leaf; WIDTH - 1];
+            if !node.is_leaf() {
+                of[0] = as_leaf.min(area + costs.shared_out(index, WIDTH).0);
+                for most in 2..WIDTH {
+                    of[most - 1] = of[most - 2].min(costs.shared_out(index, most).0);
+                }
+            }
+            costs.costs[index as usize] = *of;
+        }
+        costs
+    }
+
+    /// The least cost of the two children of an inner binary node if both together take up `most` children of a wide node,
+    /// and how many of these the first gets.
+    fn shared_out(&self, index: u32, most: usize) -> (f32, usize) {
+        let first = self.binary.nodes[index as usize].first_index as usize;
+        let (left, right) = (&self.costs[first], &self.costs[first + 1]);
+        let mut best = (f32::INFINITY, 1);
+        for k in 1..most {
+            let cost = left[k - 1] + right[most - k - 1];
+            if cost < best.0 {
+                best = (cost, k);
+            }
+        }
+        best
+    }
+
+    /// Whether a child of a wide node is a leaf.
+    fn is_leaf(&self, index: u32) -> bool {
+        let node = &self.binary.nodes[index as usize];
+        node.is_leaf() || self.costs[index as usize][0] < node.aabb().half_area() + self.shared_out(index, WIDTH).0
+    }
+
+    /// The children of the wide node that stands for a binary one; itself, if it is a leaf.
+    fn children(&self, root: u32, children: &mut Vec<u32>) {
+        if self.is_leaf(root) {
+            children.push(root);
+            return;
+        }
+        let mut stack = vec![(root, WIDTH)];
+        while let Some((index, mut most)) = stack.pop() {
+            let mut split = if most == WIDTH { Some(self.shared_out(index, most).1) } else { None };
+            let costs = &self.costs[index as usize];
+            while most > 1 && split.is_none() {
+                if costs[most - 1] < costs[most - 2] {
+                    split = Some(self.shared_out(index, most).1);
+                } else {
+                    most -= 1;
+                }
+            }
+            match split {
+                Some(k) => {
+                    let first = self.binary.nodes[index as usize].first_index;
+                    stack.extend([(first + 1, most - k), (first, k)]);
+                }
+                None => children.push(index),
+            }
         }
     }
-    counts
-}
-
-fn is_leaf(binary: &Bvh2, counts: &[u32], index: u32) -> bool {
-    binary.nodes[index as usize].is_leaf() || counts[index as usize] as usize <= TOGETHER
-}
-
-/// The children of the wide node that stands for a binary one; itself, if it is a leaf.
-fn children(binary: &Bvh2, counts: &[u32], root: u32) -> Vec<u32> {
-    let mut children = vec![root];
-    let area = |index: u32| binary.nodes[index as usize].aabb().half_area();
-    while children.len() < WIDTH {
-        let largest = (0..children.len())
-            .filter(|&i| !is_leaf(binary, counts, children[i]))
-            .max_by(|&a, &b| area(children[a]).total_cmp(&area(children[b])));
-        let Some(largest) = largest else { break };
-        let first = binary.nodes[children[largest] as usize].first_index;
-        children[largest] = first;
-        children.push(first + 1);
-    }
-    children
 }
 
 /// The numbers of the boxes below a node.

@@ -10,6 +10,7 @@ mod build;
 mod cube;
 mod isa;
 mod node;
+mod pages;
 mod ray;
 mod stack;
 
@@ -17,6 +18,7 @@ pub(crate) use blocks::{Block, LANES};
 pub(crate) use build::Tree;
 pub(crate) use cube::{Cube, CubeMap};
 pub use isa::Isa;
+pub(crate) use pages::Pages;
 pub(crate) use ray::TreeRay;
 
 #[cfg(doc)]

@@ -1,18 +1,17 @@
 //! The nodes of a tree: up to eight children, with their boxes side by side for SIMD.
 
+use bytemuck::{Pod, Zeroable};
 use obvhs::aabb::Aabb;
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
 
-/// Most primitives of a leaf.
-pub(crate) const LEAF: usize = 8;
-
 /// A child of a node: another node, or a leaf.
 ///
 /// Bit 31 marks leaves; they hold the place of their first primitive in the order of the tree, and their number less one in
 /// the lowest three bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(transparent)]
 pub(crate) struct Child(pub(crate) u32);
 
 impl Child {
@@ -43,18 +42,23 @@ impl Child {
 }
 
 /// A node: four cache lines.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
     /// For each axis the lower and the upper planes of the children's boxes.
     pub(crate) planes: [[[f32; WIDTH]; 2]; 3],
     pub(crate) children: [Child; WIDTH],
+    /// Fills the last cache line.
+    unused: [u32; WIDTH],
 }
 
 impl Node {
     /// A node without children: every box is inside out.
-    pub(crate) const EMPTY: Self =
-        Self { planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3], children: [Child::NONE; WIDTH] };
+    pub(crate) const EMPTY: Self = Self {
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        children: [Child::NONE; WIDTH],
+        unused: [0; WIDTH],
+    };
 
     pub(crate) fn set(&mut self, index: usize, bounds: &Aabb, child: Child) {
         for axis in 0..3 {

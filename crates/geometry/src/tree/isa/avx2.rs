@@ -99,4 +99,22 @@ impl Edges {
     }
 }
 
+/// Asks for what a child refers to, which will be needed soon.
+#[inline(always)]
+fn fetch(nodes: &[Node], blocks: &[Block], child: Child) {
+    /// Bytes of a cache line.
+    const LINE: usize = 64;
+    let lines = |start: *const i8, bytes: usize| {
+        for line in 0..bytes.div_ceil(LINE) {
+            // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line * LINE)) };
+        }
+    };
+    if child.is_leaf() {
+        lines(blocks.as_ptr().wrapping_add(child.primitives().0).cast(), size_of::<Block>());
+    } else {
+        lines(nodes.as_ptr().wrapping_add(child.0 as usize).cast(), size_of::<Node>() - 32);
+    }
+}
+
 search!(#[target_feature(enable = "avx2,fma")]);

@@ -66,14 +66,15 @@ impl Isa {
         ray: &TreeRay,
         shear: &Shear,
         t_max: f64,
-        block: impl Fn(usize) -> B,
+        blocks: &[Block],
+        view: impl Fn(&Block) -> B,
         take: impl FnMut(Crossing, usize) -> Option<f64>,
     ) {
         match self.0 {
-            Kind::Plain => plain::closest(nodes, ray, shear, t_max, block, take),
+            Kind::Plain => plain::closest(nodes, ray, shear, t_max, blocks, view, take),
             // SAFETY: the variant is made only where the processor has these instructions.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2::closest(nodes, ray, shear, t_max, block, take) },
+            Kind::Avx2 => unsafe { avx2::closest(nodes, ray, shear, t_max, blocks, view, take) },
         }
     }
 
@@ -85,13 +86,14 @@ impl Isa {
         ray: &TreeRay,
         shear: &Shear,
         t_max: f64,
-        block: impl Fn(usize) -> B,
+        blocks: &[Block],
+        view: impl Fn(&Block) -> B,
     ) -> Option<usize> {
         match self.0 {
-            Kind::Plain => plain::any(nodes, ray, shear, t_max, block),
+            Kind::Plain => plain::any(nodes, ray, shear, t_max, blocks, view),
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2::any(nodes, ray, shear, t_max, block) },
+            Kind::Avx2 => unsafe { avx2::any(nodes, ray, shear, t_max, blocks, view) },
         }
     }
 

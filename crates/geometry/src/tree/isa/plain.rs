@@ -80,4 +80,8 @@ impl Edges {
     }
 }
 
+/// There is no portable way to ask for memory that will be needed soon.
+#[inline(always)]
+fn fetch(_nodes: &[Node], _blocks: &[Block], _child: Child) {}
+
 search!();

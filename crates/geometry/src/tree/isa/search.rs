@@ -21,6 +21,7 @@ macro_rules! search {
         #[inline]
         fn walk<const ORDERED: bool>(
             nodes: &[Node],
+            blocks: &[Block],
             ray: &TreeRay,
             mut look: impl FnMut(usize, usize, f32) -> Option<f32>,
         ) -> bool {
@@ -31,6 +32,7 @@ macro_rules! search {
             loop {
                 if child.is_leaf() {
                     let (first, count) = child.primitives();
+
                     let Some(t) = look(first, count, t_max) else { return true };
                     t_max = t;
                 } else {
@@ -50,6 +52,7 @@ macro_rules! search {
                                 let i = mask.trailing_zeros() as usize & 7;
                                 mask &= mask - 1;
                                 let next = entry(enters[i], node.children[i]);
+                                fetch(nodes, blocks, node.children[i]);
                                 stack.insert(base, nearest.max(next));
                                 nearest = nearest.min(next);
                             }
@@ -58,6 +61,7 @@ macro_rules! search {
                                 let i = mask.trailing_zeros() as usize & 7;
                                 mask &= mask - 1;
                                 stack.push(nearest);
+                                fetch(nodes, blocks, node.children[i]);
                                 nearest = entry(enters[i], node.children[i]);
                             }
                         }
@@ -83,12 +87,13 @@ macro_rules! search {
             ray: &TreeRay,
             shear: &Shear,
             mut t_max: f64,
-            block: impl Fn(usize) -> B,
+            blocks: &[Block],
+            view: impl Fn(&Block) -> B,
             mut take: impl FnMut(Crossing, usize) -> Option<f64>,
         ) {
             let edges = Edges::new(shear);
-            walk::<true>(nodes, ray, |first, count, mut far| {
-                let block = block(first);
+            walk::<true>(nodes, blocks, ray, |first, count, mut far| {
+                let block = view(&blocks[first]);
                 let block = block.borrow();
                 let mut mask = edges.may_cross(block) & ((1 << count) - 1);
                 while mask != 0 {
@@ -113,12 +118,13 @@ macro_rules! search {
             ray: &TreeRay,
             shear: &Shear,
             t_max: f64,
-            block: impl Fn(usize) -> B,
+            blocks: &[Block],
+            view: impl Fn(&Block) -> B,
         ) -> Option<usize> {
             let edges = Edges::new(shear);
             let mut found = None;
-            walk::<false>(nodes, ray, |first, count, far| {
-                let block = block(first);
+            walk::<false>(nodes, blocks, ray, |first, count, far| {
+                let block = view(&blocks[first]);
                 let block = block.borrow();
                 let mut mask = edges.may_cross(block) & ((1 << count) - 1);
                 while mask != 0 {
@@ -142,7 +148,7 @@ macro_rules! search {
             ray: &TreeRay,
             mut look: impl FnMut(usize, &mut f32) -> bool,
         ) -> bool {
-            walk::<true>(nodes, ray, |first, count, mut far| {
+            walk::<true>(nodes, &[], ray, |first, count, mut far| {
                 (first..first + count).all(|i| !look(i, &mut far)).then_some(far)
             })
         }

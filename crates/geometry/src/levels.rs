@@ -12,13 +12,9 @@ use crate::{
     GeometryError, Hit, Isa, Mesh, Ray,
     hidden::{Hidden, Places},
     placement::Placement,
-    tree::{Block, Cube, CubeMap, LANES, Pages, Tree, TreeRay},
+    tree::{Block, Cube, CubeMap, LANES, Owner, Pages, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
 };
-
-/// Which instance, and which of its triangles. The order breaks ties between hits at the same t, so that the answer does
-/// not depend on the order of the search.
-type Owner = (u32, u32);
 
 /// The closest hit so far.
 pub(crate) struct Nearest {
@@ -28,7 +24,7 @@ pub(crate) struct Nearest {
 
 impl Nearest {
     pub(crate) const NONE: Self =
-        Self { crossing: Crossing { t: f64::MAX, u: 0.0, v: 0.0 }, owner: (u32::MAX, u32::MAX) };
+        Self { crossing: Crossing { t: f64::MAX, u: 0.0, v: 0.0 }, owner: [u32::MAX; 2] };
 
     /// Takes a crossing that is nearer than all before, or as near and owned by a lower number.
     #[inline(always)]
@@ -43,7 +39,7 @@ impl Nearest {
 
     pub(crate) fn hit(&self) -> Option<Hit> {
         let Crossing { t, u, v } = self.crossing;
-        let (instance, triangle) = self.owner;
+        let [instance, triangle] = self.owner;
         (t < f64::MAX).then_some(Hit { instance, triangle, u, v, t })
     }
 }
@@ -54,13 +50,16 @@ struct TriangleTree {
     tree: Tree,
     /// In the order of the tree.
     blocks: Pages<Block>,
-    /// For every place of a block, the caller's number of its triangle; unused places repeat the last.
-    numbers: Vec<u32>,
+    count: usize,
 }
 
 impl TriangleTree {
     /// Builds the tree over the triangles `0 .. count`, of which there is at least one.
-    fn build(count: usize, triangle: impl Fn(usize) -> Triangle + Sync) -> Result<Self, GeometryError> {
+    fn build(
+        count: usize,
+        owner: impl Fn(usize) -> Owner,
+        triangle: impl Fn(usize) -> Triangle + Sync,
+    ) -> Result<Self, GeometryError> {
         if count > u32::MAX as usize {
             return Err(GeometryError::TooMany { what: "triangles", count });
         }
@@ -78,27 +77,20 @@ impl TriangleTree {
             cube.padded_box(min, max)
         });
         let mut blocks = Vec::with_capacity(count / 3);
-        let mut numbers = Vec::with_capacity(count / 3 * LANES);
         let tree = Tree::build(boxes.collect(), |leaf| {
             let mut block = Block::EMPTY;
-            for lane in 0..LANES {
-                let number = leaf[lane.min(leaf.len() - 1)];
-                block.set(lane, &triangle(number as usize));
-                numbers.push(number);
+            for (lane, &number) in leaf.iter().enumerate() {
+                block.set(lane, &triangle(number as usize), owner(number as usize));
             }
             blocks.push(block);
             blocks.len() - 1
         });
-        numbers.shrink_to_fit();
-        Ok(Self { cube, tree, blocks: Pages::copy_of(&blocks), numbers })
+        Ok(Self { cube, tree, blocks: Pages::copy_of(&blocks), count })
     }
 }
 
 /// The meshes with one instance, in the world's space.
-pub(crate) struct Baked {
-    triangles: TriangleTree,
-    owners: Vec<Owner>,
-}
+pub(crate) struct Baked(TriangleTree);
 
 impl Baked {
     /// Bakes the listed instances, in ascending order; `None` if they have no triangles.
@@ -111,15 +103,15 @@ impl Baked {
     ) -> Result<Option<Self>, GeometryError> {
         let mut owners: Vec<Owner> = Vec::new();
         let mut places = Places::default();
-        let corners_of = |(instance, number): Owner| {
+        let corners_of = |[instance, number]: Owner| {
             let placement = &placements[instance as usize];
             corners(&meshes[placement.mesh as usize], number).map(|p| placement.point(p))
         };
         for &instance in instances {
             for &number in &solid[placements[instance as usize].mesh as usize] {
                 // The transform may have flattened it, or put it where a triangle of another mesh is.
-                if places.take(&corners_of((instance, number))) {
-                    owners.push((instance, number));
+                if places.take(&corners_of([instance, number])) {
+                    owners.push([instance, number]);
                 } else {
                     hidden.hide(instance, number);
                 }
@@ -129,22 +121,21 @@ impl Baked {
         if owners.is_empty() {
             return Ok(None);
         }
-        let triangles = TriangleTree::build(owners.len(), |i| corners_of(owners[i]))?;
-        let owners = triangles.numbers.iter().map(|&i| owners[i as usize]).collect();
-        Ok(Some(Self { triangles, owners }))
+        let triangles = TriangleTree::build(owners.len(), |i| owners[i], |i| corners_of(owners[i]))?;
+        Ok(Some(Self(triangles)))
     }
 
     #[inline]
     pub(crate) fn closest(&self, isa: Isa, shear: &Shear, ray: &Ray, nearest: &mut Nearest) {
-        let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
+        let TriangleTree { cube, tree, blocks, .. } = &self.0;
         let Some(tree_ray) = TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), f64::MAX) else { return };
-        let take = |crossing: Crossing, slot: usize| nearest.take(crossing, self.owners[slot]);
+        let take = |crossing: Crossing, owner: Owner| nearest.take(crossing, owner);
         isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, blocks, |block| *block, take);
     }
 
     #[inline]
     pub(crate) fn any(&self, isa: Isa, shear: &Shear, ray: &Ray, t_max: f64) -> bool {
-        let TriangleTree { cube, tree, blocks, .. } = &self.triangles;
+        let TriangleTree { cube, tree, blocks, .. } = &self.0;
         TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), t_max)
             .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| *block).is_some())
     }
@@ -164,10 +155,8 @@ impl Prototype {
             return Ok(None);
         }
         let (min, max) = bounds(solid.iter().flat_map(|&number| corners(mesh, number)));
-        let mut triangles = TriangleTree::build(solid.len(), |i| corners(mesh, solid[i]))?;
-        for number in &mut triangles.numbers {
-            *number = solid[*number as usize];
-        }
+        // Which instance is known only in a search.
+        let triangles = TriangleTree::build(solid.len(), |i| [0, solid[i]], |i| corners(mesh, solid[i]))?;
         Ok(Some(Self { min, max, triangles }))
     }
 
@@ -210,9 +199,9 @@ impl Shared {
             let t_max = nearest.crossing.t;
             let Some(member_ray) = TreeRay::new(origin, direction, t_max) else { return false };
             let placement = &placements[member.instance as usize];
-            let TriangleTree { tree, blocks, numbers, .. } = &self.prototypes[member.prototype].triangles;
-            let take = |crossing, slot: usize| {
-                let t = nearest.take(crossing, (member.instance, numbers[slot]))?;
+            let TriangleTree { tree, blocks, .. } = &self.prototypes[member.prototype].triangles;
+            let take = |crossing, [_, number]: Owner| {
+                let t = nearest.take(crossing, [member.instance, number])?;
                 *far = tree_ray.above(t);
                 Some(t)
             };
@@ -320,7 +309,7 @@ fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 
 impl fmt::Debug for Baked {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Baked").field("triangles", &self.triangles.numbers.len()).finish_non_exhaustive()
+        f.debug_struct("Baked").field("triangles", &self.0.count).finish_non_exhaustive()
     }
 }
 

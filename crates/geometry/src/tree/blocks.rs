@@ -11,16 +11,26 @@ pub(crate) const LANES: usize = 4;
 /// The same number of four triangles.
 pub(crate) type Quad = [f64; LANES];
 
-/// Vertices of four triangles: for each vertex, for each axis.
+/// Four triangles: five cache lines.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C, align(32))]
-pub(crate) struct Block(pub(crate) [[Quad; 3]; 3]);
+#[repr(C, align(64))]
+pub(crate) struct Block {
+    /// For each vertex, for each axis.
+    pub(crate) vertices: [[Quad; 3]; 3],
+    /// Which instance, and which of its triangles.
+    pub(crate) owners: [Owner; LANES],
+}
+
+/// Which instance, and which of its triangles. The order breaks ties between hits at the same t, so that the answer does not
+/// depend on the order of the search.
+pub(crate) type Owner = [u32; 2];
 
 impl Block {
-    pub(crate) const EMPTY: Self = Self([[[0.0; LANES]; 3]; 3]);
+    pub(crate) const EMPTY: Self = Self { vertices: [[[0.0; LANES]; 3]; 3], owners: [[0; 2]; LANES] };
 
-    pub(crate) fn set(&mut self, lane: usize, triangle: &Triangle) {
-        for (corner, vertex) in self.0.iter_mut().zip(triangle) {
+    pub(crate) fn set(&mut self, lane: usize, triangle: &Triangle, owner: Owner) {
+        self.owners[lane] = owner;
+        for (corner, vertex) in self.vertices.iter_mut().zip(triangle) {
             for axis in 0..3 {
                 corner[axis][lane] = vertex[axis];
             }
@@ -29,15 +39,15 @@ impl Block {
 
     #[inline(always)]
     pub(crate) fn triangle(&self, lane: usize) -> Triangle {
-        self.0.map(|corner| DVec3::new(corner[0][lane], corner[1][lane], corner[2][lane]))
+        self.vertices.map(|corner| DVec3::new(corner[0][lane], corner[1][lane], corner[2][lane]))
     }
 
     /// The triangles of an instance of the mesh, with the bits that [`Placement::point`] gives.
     #[inline(always)]
     pub(crate) fn placed(&self, placement: &Placement) -> Self {
         let (m, t) = (placement.transform.matrix3, placement.transform.translation);
-        let mut placed = Self::EMPTY;
-        for (corner, out) in self.0.iter().zip(&mut placed.0) {
+        let mut placed = Self { vertices: [[[0.0; LANES]; 3]; 3], owners: self.owners };
+        for (corner, out) in self.vertices.iter().zip(&mut placed.vertices) {
             for axis in 0..3 {
                 for lane in 0..LANES {
                     let [x, y, z] = corner.map(|quad| quad[lane]);

@@ -79,7 +79,7 @@ impl Edges {
     fn may_cross(&self, block: &Block) -> u32 {
         let sheared = |corner: usize| {
             let along = |i: usize| {
-                let quad: __m256d = bytemuck::cast(block.0[corner][self.axes[i]]);
+                let quad: __m256d = bytemuck::cast(block.vertices[corner][self.axes[i]]);
                 _mm256_sub_pd(quad, self.origin[i])
             };
             let depth = along(2);

@@ -11,7 +11,7 @@ mod search;
 
 use std::borrow::Borrow;
 
-use super::{Block, node::Node, ray::TreeRay};
+use super::{Block, Owner, node::Node, ray::TreeRay};
 use crate::triangle::{Crossing, Shear};
 
 /// A set of instructions that this processor has.
@@ -58,7 +58,7 @@ impl Isa {
         }
     }
 
-    /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its slot; it returns the new `t_max`.
+    /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its owner; it returns the new `t_max`.
     #[inline]
     pub(crate) fn closest<B: Borrow<Block>>(
         self,
@@ -68,7 +68,7 @@ impl Isa {
         t_max: f64,
         blocks: &[Block],
         view: impl Fn(&Block) -> B,
-        take: impl FnMut(Crossing, usize) -> Option<f64>,
+        take: impl FnMut(Crossing, Owner) -> Option<f64>,
     ) {
         match self.0 {
             Kind::Plain => plain::closest(nodes, ray, shear, t_max, blocks, view, take),

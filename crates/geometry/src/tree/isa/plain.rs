@@ -59,7 +59,7 @@ impl Edges {
     fn may_cross(&self, block: &Block) -> u32 {
         let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
         let mut sheared = [[[0.0; LANES]; 2]; 3];
-        for (corner, out) in block.0.iter().zip(&mut sheared) {
+        for (corner, out) in block.vertices.iter().zip(&mut sheared) {
             for i in 0..LANES {
                 let depth = corner[z][i] - origin[z];
                 out[0][i] = (corner[x][i] - origin[x]) - sx * depth;

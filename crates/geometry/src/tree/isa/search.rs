@@ -8,7 +8,7 @@ macro_rules! search {
         use std::borrow::Borrow;
 
         use super::super::{
-            blocks::LANES,
+            blocks::{LANES, Owner},
             node::Child,
             stack::{Stack, child_of, enters_at, entry},
         };
@@ -79,7 +79,7 @@ macro_rules! search {
             }
         }
 
-        /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its slot; it returns the new `t_max`.
+        /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its owner; it returns the new `t_max`.
         $($(#[$features])+)?
         #[inline]
         pub(crate) fn closest<B: Borrow<Block>>(
@@ -89,7 +89,7 @@ macro_rules! search {
             mut t_max: f64,
             blocks: &[Block],
             view: impl Fn(&Block) -> B,
-            mut take: impl FnMut(Crossing, usize) -> Option<f64>,
+            mut take: impl FnMut(Crossing, Owner) -> Option<f64>,
         ) {
             let edges = Edges::new(shear);
             walk::<true>(nodes, blocks, ray, |first, count, mut far| {
@@ -100,7 +100,7 @@ macro_rules! search {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;
                     if let Some(crossing) = shear.cross(&block.triangle(lane), t_max)
-                        && let Some(t) = take(crossing, first * LANES + lane)
+                        && let Some(t) = take(crossing, block.owners[lane])
                     {
                         t_max = t;
                         far = ray.above(t);

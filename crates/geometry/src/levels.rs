@@ -12,7 +12,7 @@ use crate::{
     GeometryError, Hit, Isa, Mesh, Ray,
     hidden::{Hidden, Places},
     placement::Placement,
-    tree::{Block, Cube, CubeMap, LANES, Owner, Pages, Tree, TreeRay},
+    tree::{Block, Cube, CubeMap, Owner, Pages, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
 };
 
@@ -23,8 +23,7 @@ pub(crate) struct Nearest {
 }
 
 impl Nearest {
-    pub(crate) const NONE: Self =
-        Self { crossing: Crossing { t: f64::MAX, u: 0.0, v: 0.0 }, owner: [u32::MAX; 2] };
+    pub(crate) const NONE: Self = Self { crossing: Crossing { t: f64::MAX, u: 0.0, v: 0.0 }, owner: [u32::MAX; 2] };
 
     /// Takes a crossing that is nearer than all before, or as near and owned by a lower number.
     #[inline(always)]
@@ -130,14 +129,14 @@ impl Baked {
         let TriangleTree { cube, tree, blocks, .. } = &self.0;
         let Some(tree_ray) = TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), f64::MAX) else { return };
         let take = |crossing: Crossing, owner: Owner| nearest.take(crossing, owner);
-        isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, blocks, |block| *block, take);
+        isa.closest(&tree.nodes, &tree_ray, shear, f64::MAX, blocks, |block| block, take);
     }
 
     #[inline]
     pub(crate) fn any(&self, isa: Isa, shear: &Shear, ray: &Ray, t_max: f64) -> bool {
         let TriangleTree { cube, tree, blocks, .. } = &self.0;
         TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), t_max)
-            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| *block).is_some())
+            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| block).is_some())
     }
 }
 

@@ -14,7 +14,7 @@ mod pages;
 mod ray;
 mod stack;
 
-pub(crate) use blocks::{Block, LANES, Owner};
+pub(crate) use blocks::{Block, Owner};
 pub(crate) use build::Tree;
 pub(crate) use cube::{Cube, CubeMap};
 pub use isa::Isa;

@@ -4,10 +4,10 @@
 //! processor has them. [`Isa`] can only be made for what it has, so each call is sound by the variant it matches.
 #![allow(unsafe_code)]
 
-#[cfg(target_arch = "x86_64")]
-mod avx2;
 mod plain;
 mod search;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 use std::borrow::Borrow;
 
@@ -23,6 +23,8 @@ enum Kind {
     Plain,
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 /// Names one of [`Isa::available`]; for tests and comparisons.
@@ -36,6 +38,10 @@ impl Isa {
         {
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 all.push(Self(Kind::Avx2));
+                let more = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl");
+                if more && is_x86_feature_detected!("avx512dq") && is_x86_feature_detected!("avx512bw") {
+                    all.push(Self(Kind::Avx512));
+                }
             }
         }
         all
@@ -55,45 +61,53 @@ impl Isa {
             Kind::Plain => "plain",
             #[cfg(target_arch = "x86_64")]
             Kind::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => "avx512",
         }
     }
 
     /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its owner; it returns the new `t_max`.
     #[inline]
-    pub(crate) fn closest<B: Borrow<Block>>(
+    pub(crate) fn closest<'b, B: Borrow<Block>>(
         self,
         nodes: &[Node],
         ray: &TreeRay,
         shear: &Shear,
         t_max: f64,
-        blocks: &[Block],
-        view: impl Fn(&Block) -> B,
+        blocks: &'b [Block],
+        view: impl Fn(&'b Block) -> B,
         take: impl FnMut(Crossing, Owner) -> Option<f64>,
     ) {
         match self.0 {
             Kind::Plain => plain::closest(nodes, ray, shear, t_max, blocks, view, take),
             // SAFETY: the variant is made only where the processor has these instructions.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2::closest(nodes, ray, shear, t_max, blocks, view, take) },
+            Kind::Avx2 => unsafe { x86::avx2::closest(nodes, ray, shear, t_max, blocks, view, take) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { x86::avx512::closest(nodes, ray, shear, t_max, blocks, view, take) },
         }
     }
 
     /// The slot of any triangle that is crossed nearer than `t_max`.
     #[inline]
-    pub(crate) fn any<B: Borrow<Block>>(
+    pub(crate) fn any<'b, B: Borrow<Block>>(
         self,
         nodes: &[Node],
         ray: &TreeRay,
         shear: &Shear,
         t_max: f64,
-        blocks: &[Block],
-        view: impl Fn(&Block) -> B,
+        blocks: &'b [Block],
+        view: impl Fn(&'b Block) -> B,
     ) -> Option<usize> {
         match self.0 {
             Kind::Plain => plain::any(nodes, ray, shear, t_max, blocks, view),
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2::any(nodes, ray, shear, t_max, blocks, view) },
+            Kind::Avx2 => unsafe { x86::avx2::any(nodes, ray, shear, t_max, blocks, view) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { x86::avx512::any(nodes, ray, shear, t_max, blocks, view) },
         }
     }
 
@@ -104,7 +118,10 @@ impl Isa {
             Kind::Plain => plain::members(nodes, ray, look),
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2::members(nodes, ray, look) },
+            Kind::Avx2 => unsafe { x86::avx2::members(nodes, ray, look) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Kind::Avx512 => unsafe { x86::avx512::members(nodes, ray, look) },
         }
     }
 }

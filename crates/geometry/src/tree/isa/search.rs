@@ -7,7 +7,7 @@ macro_rules! search {
     ($($(#[$features:meta])+)?) => {
         use std::borrow::Borrow;
 
-        use super::super::{
+        use crate::tree::{
             blocks::{LANES, Owner},
             node::Child,
             stack::{Stack, child_of, enters_at, entry},
@@ -82,13 +82,13 @@ macro_rules! search {
         /// Calls `take` for every crossing with a triangle nearer than `t_max`, and with its owner; it returns the new `t_max`.
         $($(#[$features])+)?
         #[inline]
-        pub(crate) fn closest<B: Borrow<Block>>(
+        pub(crate) fn closest<'b, B: Borrow<Block>>(
             nodes: &[Node],
             ray: &TreeRay,
             shear: &Shear,
             mut t_max: f64,
-            blocks: &[Block],
-            view: impl Fn(&Block) -> B,
+            blocks: &'b [Block],
+            view: impl Fn(&'b Block) -> B,
             mut take: impl FnMut(Crossing, Owner) -> Option<f64>,
         ) {
             let edges = Edges::new(shear);
@@ -113,13 +113,13 @@ macro_rules! search {
         /// The slot of any triangle that is crossed nearer than `t_max`.
         $($(#[$features])+)?
         #[inline]
-        pub(crate) fn any<B: Borrow<Block>>(
+        pub(crate) fn any<'b, B: Borrow<Block>>(
             nodes: &[Node],
             ray: &TreeRay,
             shear: &Shear,
             t_max: f64,
-            blocks: &[Block],
-            view: impl Fn(&Block) -> B,
+            blocks: &'b [Block],
+            view: impl Fn(&'b Block) -> B,
         ) -> Option<usize> {
             let edges = Edges::new(shear);
             let mut found = None;
@@ -155,4 +155,4 @@ macro_rules! search {
     };
 }
 
-pub(crate) use search;
+pub(super) use search;

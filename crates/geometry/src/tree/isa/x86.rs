@@ -1,0 +1,132 @@
+//! x86-64 with AVX2 and FMA or more: eight boxes and four triangles at a time.
+
+use std::arch::x86_64::*;
+
+use super::super::{
+    Block,
+    node::{Child, Node, WIDTH},
+    ray::TreeRay,
+};
+use super::search::search;
+use crate::triangle::Shear;
+
+/// Asks for what a child refers to, which will be needed soon.
+#[inline(always)]
+fn fetch(nodes: &[Node], blocks: &[Block], child: Child) {
+    /// Bytes of a cache line.
+    const LINE: usize = 64;
+    let lines = |start: *const i8, bytes: usize| {
+        for line in 0..bytes.div_ceil(LINE) {
+            // SAFETY: a prefetch reads nothing that the program sees, whatever the address.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line * LINE)) };
+        }
+    };
+    if child.is_leaf() {
+        lines(blocks.as_ptr().wrapping_add(child.primitives().0).cast(), size_of::<Block>());
+    } else {
+        lines(nodes.as_ptr().wrapping_add(child.0 as usize).cast(), size_of::<Node>() - 32);
+    }
+}
+
+/// Defines the search for a set of features. With more of them the same operations find more registers.
+macro_rules! x86 {
+    ($name:ident, $features:literal) => {
+        pub(super) mod $name {
+            use super::*;
+
+            /// What a search keeps of its ray.
+            #[derive(Clone, Copy)]
+            struct Slabs {
+                inverse: [__m256; 3],
+                /// Origin times inverse: the parameter of a plane is then one fused operation.
+                shift: [__m256; 3],
+                near: [usize; 3],
+            }
+
+            impl Slabs {
+                #[target_feature(enable = $features)]
+                #[inline]
+                fn new(ray: &TreeRay) -> Self {
+                    let splat = |axis: usize| _mm256_set1_ps(ray.inverse[axis]);
+                    let shift = |axis: usize| _mm256_set1_ps(ray.origin[axis] * ray.inverse[axis]);
+                    Self { inverse: [splat(0), splat(1), splat(2)], shift: [shift(0), shift(1), shift(2)], near: ray.near }
+                }
+
+                /// Which children's boxes the ray meets before `t_max`, and where it enters them.
+                #[target_feature(enable = $features)]
+                #[inline]
+                fn meets(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
+                    let plane = |axis: usize, side: usize| {
+                        let planes: __m256 = bytemuck::cast(node.planes[axis][side & 1]);
+                        _mm256_fmsub_ps(planes, self.inverse[axis], self.shift[axis])
+                    };
+                    let [x, y, z] = self.near;
+                    let near =
+                        _mm256_max_ps(_mm256_max_ps(plane(0, x), plane(1, y)), _mm256_max_ps(plane(2, z), _mm256_setzero_ps()));
+                    let far = _mm256_min_ps(
+                        _mm256_min_ps(plane(0, x ^ 1), plane(1, y ^ 1)),
+                        _mm256_min_ps(plane(2, z ^ 1), _mm256_set1_ps(t_max)),
+                    );
+                    let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far));
+                    (mask as u32, bytemuck::cast(near))
+                }
+            }
+
+            /// The ray of [`Shear`] for a block at a time.
+            #[derive(Clone, Copy)]
+            struct Edges {
+                origin: [__m256d; 3],
+                slope: [__m256d; 2],
+                axes: [usize; 3],
+            }
+
+            impl Edges {
+                #[target_feature(enable = $features)]
+                #[inline]
+                fn new(shear: &Shear) -> Self {
+                    Self {
+                        origin: [
+                            _mm256_set1_pd(shear.origin[shear.axes[0]]),
+                            _mm256_set1_pd(shear.origin[shear.axes[1]]),
+                            _mm256_set1_pd(shear.origin[shear.axes[2]]),
+                        ],
+                        slope: [_mm256_set1_pd(shear.slope[0]), _mm256_set1_pd(shear.slope[1])],
+                        axes: shear.axes,
+                    }
+                }
+
+                /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
+                ///
+                /// Nothing is fused here, so every sign is the one that the whole test sees.
+                #[target_feature(enable = $features)]
+                #[inline]
+                fn may_cross(&self, block: &Block) -> u32 {
+                    let sheared = |corner: usize| {
+                        let along = |i: usize| {
+                            let quad: __m256d = bytemuck::cast(block.vertices[corner][self.axes[i]]);
+                            _mm256_sub_pd(quad, self.origin[i])
+                        };
+                        let depth = along(2);
+                        let across = |i: usize| _mm256_sub_pd(along(i), _mm256_mul_pd(self.slope[i], depth));
+                        (across(0), across(1))
+                    };
+                    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+                    let wa = _mm256_sub_pd(_mm256_mul_pd(cx, by), _mm256_mul_pd(cy, bx));
+                    let wb = _mm256_sub_pd(_mm256_mul_pd(ax, cy), _mm256_mul_pd(ay, cx));
+                    let wc = _mm256_sub_pd(_mm256_mul_pd(bx, ay), _mm256_mul_pd(by, ax));
+                    let zero = _mm256_setzero_pd();
+                    let least = _mm256_min_pd(_mm256_min_pd(wa, wb), wc);
+                    let greatest = _mm256_max_pd(_mm256_max_pd(wa, wb), wc);
+                    let below = _mm256_cmp_pd::<_CMP_LT_OQ>(least, zero);
+                    let above = _mm256_cmp_pd::<_CMP_GT_OQ>(greatest, zero);
+                    !_mm256_movemask_pd(_mm256_and_pd(below, above)) as u32 & 0xF
+                }
+            }
+
+            search!(#[target_feature(enable = $features)]);
+        }
+    };
+}
+
+x86!(avx2, "avx2,fma");
+x86!(avx512, "avx2,fma,avx512f,avx512vl,avx512dq,avx512bw");

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::{
     GeometryError, Hit, Mesh, Ray,
     bvh::{Cube, CubeMap, InstanceTree, TreeRay, TriangleTree},
-    hidden::{Hidden, Places},
+    hidden::Hidden,
     placement::Placement,
     triangle::{Crossing, Shear, Triangle},
 };
@@ -62,27 +62,15 @@ impl Baked {
     fn build(
         meshes: &[Mesh],
         placements: &[Placement],
-        solid: &[Vec<u32>],
         instances: &[u32],
         hidden: &mut Hidden,
     ) -> Result<Option<Self>, GeometryError> {
-        let mut triangles = Vec::new();
-        let mut owners = Vec::new();
-        let mut places = Places::default();
-        for &instance in instances {
+        let owners = hidden.bake(meshes, placements, instances)?;
+        let corners = |&(instance, number): &Owner| {
             let placement = &placements[instance as usize];
-            let mesh = &meshes[placement.mesh as usize];
-            for &number in &solid[placement.mesh as usize] {
-                let triangle = corners(mesh, number).map(|p| placement.point(p));
-                // The transform may have flattened it, or put it where a triangle of another mesh is.
-                if places.take(&triangle) {
-                    triangles.push(triangle);
-                    owners.push((instance, number));
-                } else {
-                    hidden.hide(instance, number);
-                }
-            }
-        }
+            meshes[placement.mesh as usize].corners(number).map(|p| placement.point(p))
+        };
+        let triangles: Vec<Triangle> = owners.par_iter().map(corners).collect();
         if triangles.is_empty() {
             return Ok(None);
         }
@@ -128,7 +116,7 @@ impl Prototype {
         if solid.is_empty() {
             return Ok(None);
         }
-        let triangles: Vec<Triangle> = solid.iter().map(|&number| corners(mesh, number)).collect();
+        let triangles: Vec<Triangle> = solid.iter().map(|&number| mesh.corners(number)).collect();
         let (min, max) = bounds(triangles.iter().flatten().copied());
         let (cube, tree, order) = tree_over(&triangles)?;
         let numbers = order.iter().map(|&i| solid[i as usize]).collect();
@@ -217,23 +205,21 @@ impl Shared {
     }
 }
 
-/// Builds both levels. `solid` lists each mesh's triangles that are not hidden.
+/// Builds both levels.
 pub(crate) fn split(
     meshes: &[Mesh],
     placements: &[Placement],
-    solid: &[Vec<u32>],
     world_bounds: (DVec3, DVec3),
     hidden: &mut Hidden,
 ) -> Result<(Option<Baked>, Option<Shared>), GeometryError> {
-    let mut uses = vec![0u32; meshes.len()];
-    for (_, placement) in (0u32..).zip(placements).filter(|(instance, _)| !hidden.has_instance(*instance)) {
-        uses[placement.mesh as usize] += 1;
-    }
+    let uses = hidden.uses(meshes.len(), placements);
     let prototypes: Vec<Option<Prototype>> = meshes
         .par_iter()
-        .zip(solid)
-        .zip(&uses)
-        .map(|((mesh, solid), &uses)| if uses > 1 { Prototype::build(mesh, solid) } else { Ok(None) })
+        .enumerate()
+        .map(|(index, mesh)| match uses[index] {
+            0 | 1 => Ok(None),
+            _ => Prototype::build(mesh, &hidden.solid(index, mesh.triangles.len())),
+        })
         .collect::<Result<_, _>>()?;
 
     let (min, max) = world_bounds;
@@ -258,7 +244,7 @@ pub(crate) fn split(
             Some(None) | None => baked.push(instance),
         }
     }
-    let baked = Baked::build(meshes, placements, solid, &baked, hidden)?;
+    let baked = Baked::build(meshes, placements, &baked, hidden)?;
     if members.is_empty() {
         return Ok((baked, None));
     }
@@ -283,10 +269,6 @@ pub(crate) fn split(
         })
         .collect();
     Ok((baked, Some(Shared { cube, tree, members, prototypes: kept })))
-}
-
-fn corners(mesh: &Mesh, number: u32) -> Triangle {
-    mesh.triangles[number as usize].map(|vertex| mesh.positions[vertex as usize])
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {

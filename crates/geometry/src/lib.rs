@@ -12,6 +12,7 @@ mod hidden;
 mod levels;
 mod mesh;
 mod placement;
+mod places;
 mod surface;
 mod triangle;
 mod world;

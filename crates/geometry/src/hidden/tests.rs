@@ -139,7 +139,7 @@ fn once(meshes: &[Mesh], placements: &[Placement]) -> Vec<u32> {
 /// others.
 fn scenes(mut check: impl FnMut(&[Mesh], &[Placement], &[u32])) {
     let mut random = Random(rand_pcg::Pcg64::seed_from_u64(5));
-    for _ in 0..150 {
+    for _ in 0..600 {
         let (meshes, instances) = scene(&mut random, &[0.0, 0.1, 1e16, 1e20]);
         let placements: Vec<Placement> = instances.iter().map(Placement::new).collect();
         let mut baked = once(&meshes, &placements);

@@ -64,14 +64,4 @@ pub enum GeometryError {
         /// How many there are.
         count: usize,
     },
-    /// So much geometry lies in one place that the search tree became deeper than a query can follow.
-    #[error(
-        "the search tree is {depth} levels deep, more than the {limit} a query can follow: thousands of triangles overlap in one place"
-    )]
-    TreeDepth {
-        /// Levels of the tree.
-        depth: usize,
-        /// Levels that a query can follow.
-        limit: usize,
-    },
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::{
     GeometryError, Hit, Isa, Mesh, Ray,
-    hidden::{Hidden, Places},
+    hidden::Hidden,
     placement::Placement,
     tree::{Block, Cube, CubeMap, Owner, Pages, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
@@ -96,31 +96,18 @@ impl Baked {
     fn build(
         meshes: &[Mesh],
         placements: &[Placement],
-        solid: &[Vec<u32>],
         instances: &[u32],
         hidden: &mut Hidden,
     ) -> Result<Option<Self>, GeometryError> {
-        let mut owners: Vec<Owner> = Vec::new();
-        let mut places = Places::default();
-        let corners_of = |[instance, number]: Owner| {
+        let owners = hidden.bake(meshes, placements, instances)?;
+        let corners_of = |(instance, number): (u32, u32)| {
             let placement = &placements[instance as usize];
-            corners(&meshes[placement.mesh as usize], number).map(|p| placement.point(p))
+            meshes[placement.mesh as usize].corners(number).map(|p| placement.point(p))
         };
-        for &instance in instances {
-            for &number in &solid[placements[instance as usize].mesh as usize] {
-                // The transform may have flattened it, or put it where a triangle of another mesh is.
-                if places.take(&corners_of([instance, number])) {
-                    owners.push([instance, number]);
-                } else {
-                    hidden.hide(instance, number);
-                }
-            }
-        }
-        drop(places);
         if owners.is_empty() {
             return Ok(None);
         }
-        let triangles = TriangleTree::build(owners.len(), |i| owners[i], |i| corners_of(owners[i]))?;
+        let triangles = TriangleTree::build(owners.len(), |i| owners[i].into(), |i| corners_of(owners[i]))?;
         Ok(Some(Self(triangles)))
     }
 
@@ -153,9 +140,9 @@ impl Prototype {
         if solid.is_empty() {
             return Ok(None);
         }
-        let (min, max) = bounds(solid.iter().flat_map(|&number| corners(mesh, number)));
+        let (min, max) = bounds(solid.iter().flat_map(|&number| mesh.corners(number)));
         // Which instance is known only in a search.
-        let triangles = TriangleTree::build(solid.len(), |i| [0, solid[i]], |i| corners(mesh, solid[i]))?;
+        let triangles = TriangleTree::build(solid.len(), |i| [0, solid[i]], |i| mesh.corners(solid[i]))?;
         Ok(Some(Self { min, max, triangles }))
     }
 
@@ -226,23 +213,21 @@ impl Shared {
     }
 }
 
-/// Builds both levels. `solid` lists each mesh's triangles that are not hidden.
+/// Builds both levels.
 pub(crate) fn split(
     meshes: &[Mesh],
     placements: &[Placement],
-    solid: &[Vec<u32>],
     world_bounds: (DVec3, DVec3),
     hidden: &mut Hidden,
 ) -> Result<(Option<Baked>, Option<Shared>), GeometryError> {
-    let mut uses = vec![0u32; meshes.len()];
-    for (_, placement) in (0u32..).zip(placements).filter(|(instance, _)| !hidden.has_instance(*instance)) {
-        uses[placement.mesh as usize] += 1;
-    }
+    let uses = hidden.uses(meshes.len(), placements);
     let prototypes: Vec<Option<Prototype>> = meshes
         .par_iter()
-        .zip(solid)
-        .zip(&uses)
-        .map(|((mesh, solid), &uses)| if uses > 1 { Prototype::build(mesh, solid) } else { Ok(None) })
+        .enumerate()
+        .map(|(index, mesh)| match uses[index] {
+            0 | 1 => Ok(None),
+            _ => Prototype::build(mesh, &hidden.solid(index, mesh.triangles.len())),
+        })
         .collect::<Result<_, _>>()?;
 
     let (min, max) = world_bounds;
@@ -267,7 +252,7 @@ pub(crate) fn split(
             Some(None) | None => baked.push(instance),
         }
     }
-    let baked = Baked::build(meshes, placements, solid, &baked, hidden)?;
+    let baked = Baked::build(meshes, placements, &baked, hidden)?;
     if members.is_empty() {
         return Ok((baked, None));
     }
@@ -296,10 +281,6 @@ pub(crate) fn split(
         })
         .collect();
     Ok((baked, Some(Shared { cube, tree, members, prototypes: kept })))
-}
-
-fn corners(mesh: &Mesh, number: u32) -> Triangle {
-    mesh.triangles[number as usize].map(|vertex| mesh.positions[vertex as usize])
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {

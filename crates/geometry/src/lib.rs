@@ -11,6 +11,7 @@ mod hidden;
 mod levels;
 mod mesh;
 mod placement;
+mod places;
 mod surface;
 mod tree;
 mod triangle;

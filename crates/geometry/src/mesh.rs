@@ -2,6 +2,8 @@
 
 use glam::{DVec2, DVec3, DVec4};
 
+use crate::triangle::Triangle;
+
 /// A triangle mesh in its own space. All present attributes have one entry a vertex.
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
@@ -17,4 +19,12 @@ pub struct Mesh {
     pub texcoords: [Option<Vec<DVec2>>; 2],
     /// Linear vertex colours with alpha.
     pub colors: Option<Vec<DVec4>>,
+}
+
+impl Mesh {
+    /// The corners of a triangle. Panics if there is no such triangle.
+    #[inline(always)]
+    pub(crate) fn corners(&self, triangle: u32) -> Triangle {
+        self.triangles[triangle as usize].map(|vertex| self.positions[vertex as usize])
+    }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::epsilon::DEGENERATE_SINE;
 
-/// World-space vertices.
+/// Vertices, in the space of the mesh or the world.
 pub(crate) type Triangle = [DVec3; 3];
 
 /// A ray made ready for the test: translated to the origin and sheared so that it runs along axis `Z`, the largest

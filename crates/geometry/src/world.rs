@@ -1,6 +1,7 @@
 //! A world of instanced meshes: closest hits, and whether two points see each other.
 
 use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
 
 use crate::{
     GeometryError, Isa, Mesh,
@@ -77,28 +78,10 @@ impl World {
         if instances.len() > u32::MAX as usize {
             return Err(GeometryError::TooMany { what: "instances", count: instances.len() });
         }
-        let mut bounds = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for (index, instance) in instances.iter().enumerate() {
-            let Some(mesh) = meshes.get(instance.mesh as usize) else {
-                return Err(GeometryError::MeshIndex { instance: index, mesh: instance.mesh, meshes: meshes.len() });
-            };
-            for &vertex in mesh.triangles.iter().flatten() {
-                let p = instance.transform.transform_point3(mesh.positions[vertex as usize]);
-                if !in_range(p) {
-                    return Err(GeometryError::Transform { instance: index, mesh: instance.mesh });
-                }
-                bounds = (bounds.0.min(p), bounds.1.max(p));
-            }
-            if !instance.transform.is_finite() {
-                return Err(GeometryError::Transform { instance: index, mesh: instance.mesh });
-            }
-        }
-        if bounds.0.x > bounds.1.x {
-            bounds = (DVec3::ZERO, DVec3::ZERO);
-        }
+        let bounds = bounds_of(&meshes, &instances)?;
         let placements: Vec<Placement> = instances.iter().map(Placement::new).collect();
-        let (mut hidden, solid) = Hidden::new(&meshes, &placements);
-        let (baked, shared) = split(&meshes, &placements, &solid, bounds, &mut hidden)?;
+        let mut hidden = Hidden::new(&meshes, &placements);
+        let (baked, shared) = split(&meshes, &placements, bounds, &mut hidden)?;
         let offset = spawn_offset(bounds.0, bounds.1);
         Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden, isa: Isa::best() })
     }
@@ -227,18 +210,53 @@ fn in_range(p: DVec3) -> bool {
     p.abs().cmple(DVec3::splat(MAX_COORDINATE)).all()
 }
 
+/// The box around all triangles of checked meshes; zero if there are none.
+fn bounds_of(meshes: &[Mesh], instances: &[Instance]) -> Result<(DVec3, DVec3), GeometryError> {
+    let of_instance = |(index, instance): (usize, &Instance)| {
+        let Some(mesh) = meshes.get(instance.mesh as usize) else {
+            return Err(GeometryError::MeshIndex { instance: index, mesh: instance.mesh, meshes: meshes.len() });
+        };
+        let of_triangle = |bounds: Option<_>, corners: &[u32; 3]| {
+            corners.iter().try_fold(bounds?, |bounds, vertex| {
+                let p = instance.transform.transform_point3(mesh.positions[*vertex as usize]);
+                in_range(p).then_some(around(bounds, (p, p)))
+            })
+        };
+        let triangles = mesh.triangles.par_iter().with_min_len(MIN_TRIANGLES);
+        let bounds =
+            triangles.fold(|| Some(NOTHING), of_triangle).reduce(|| Some(NOTHING), |a, b| Some(around(a?, b?)));
+        bounds
+            .filter(|_| instance.transform.is_finite())
+            .ok_or(GeometryError::Transform { instance: index, mesh: instance.mesh })
+    };
+    // Of several errors the first is returned, on any number of threads.
+    let of_instances: Vec<_> = instances.par_iter().enumerate().map(of_instance).collect();
+    let bounds = of_instances.into_iter().try_fold(NOTHING, |all, bounds| Ok(around(all, bounds?)))?;
+    Ok(if bounds.0.x > bounds.1.x { (DVec3::ZERO, DVec3::ZERO) } else { bounds })
+}
+
+/// The box around no points.
+const NOTHING: (DVec3, DVec3) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+
+/// Triangles that are worth handing to another thread.
+const MIN_TRIANGLES: usize = 4096;
+
+fn around(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
+    (a.0.min(b.0), a.1.max(b.1))
+}
+
 fn check_mesh(index: usize, mesh: &Mesh) -> Result<(), GeometryError> {
     let vertices = mesh.positions.len();
     if mesh.triangles.len() > u32::MAX as usize {
         return Err(GeometryError::TooMany { what: "triangles", count: mesh.triangles.len() });
     }
-    if let Some(vertex) = mesh.positions.iter().position(|p| !in_range(*p)) {
+    if let Some(vertex) = mesh.positions.par_iter().position_first(|p| !in_range(*p)) {
         return Err(GeometryError::Position { mesh: index, vertex });
     }
-    for (triangle, corners) in mesh.triangles.iter().enumerate() {
-        if let Some(&vertex) = corners.iter().find(|vertex| **vertex as usize >= vertices) {
-            return Err(GeometryError::VertexIndex { mesh: index, triangle, vertex, vertices });
-        }
+    let outside = |vertex: &u32| *vertex as usize >= vertices;
+    if let Some(triangle) = mesh.triangles.par_iter().position_first(|corners| corners.iter().any(outside)) {
+        let vertex = mesh.triangles[triangle].into_iter().find(outside).unwrap_or_default();
+        return Err(GeometryError::VertexIndex { mesh: index, triangle, vertex, vertices });
     }
     let lengths = [
         ("normals", mesh.normals.as_ref().map(Vec::len)),

@@ -54,3 +54,25 @@ fn transforms_must_be_finite_and_keep_the_mesh_in_range() {
         assert_eq!(error, GeometryError::Transform { instance: 0, mesh: 0 });
     }
 }
+
+#[test]
+fn of_several_faults_the_first_is_named() {
+    let mut mesh = cube(1);
+    mesh.triangles.extend(vec![[0, 1, 2]; 100_000]);
+    for triangle in [200, 70_000, 100_003] {
+        mesh.triangles[triangle] = [1, 24 + triangle as u32, 99];
+    }
+    let error = build(mesh).unwrap_err();
+    assert_eq!(error, GeometryError::VertexIndex { mesh: 1, triangle: 200, vertex: 224, vertices: 24 });
+
+    let far = DAffine3::from_translation(DVec3::splat(1e200));
+    let mut instances = vec![Instance { mesh: 0, transform: DAffine3::IDENTITY }; 1000];
+    instances[300].transform = far;
+    instances[301].mesh = 7;
+    instances[900].transform = far;
+    let error = World::build(vec![cube(1)], instances.clone()).unwrap_err();
+    assert_eq!(error, GeometryError::Transform { instance: 300, mesh: 0 });
+    instances.swap(300, 301);
+    let error = World::build(vec![cube(1)], instances).unwrap_err();
+    assert_eq!(error, GeometryError::MeshIndex { instance: 300, mesh: 7, meshes: 1 });
+}

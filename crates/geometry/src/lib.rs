@@ -11,6 +11,7 @@ mod frame;
 mod hidden;
 mod levels;
 mod mesh;
+pub mod phase;
 mod placement;
 mod surface;
 mod triangle;

@@ -7,6 +7,7 @@ use crate::{
     epsilon::{MAX_COORDINATE, spawn_offset},
     hidden::Hidden,
     levels::{Baked, Nearest, Shared, split},
+    phase::{self, Phase},
     placement::Placement,
     triangle::{Shear, major_axis},
 };
@@ -154,6 +155,7 @@ impl World {
     /// (instance, triangle).
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let _phase = phase::enter(Phase::Traversal);
         match major_axis(ray.direction) {
             0 => self.closest::<0>(ray),
             1 => self.closest::<1>(ray),
@@ -176,6 +178,7 @@ impl World {
     /// Whether the open segment from `origin` to `origin + t_max * direction` is blocked.
     #[inline]
     fn blocked(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
+        let _phase = phase::enter(Phase::Traversal);
         let ray = Ray { origin, direction };
         match major_axis(direction) {
             0 => self.any::<0>(&ray, t_max),

@@ -14,8 +14,8 @@ use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{Edge, Lengths, Path, PathSpace, Roulette, Scene};
 use ergodic_render::{
-    BidirectionalPathTracer, ChainRunner, Estimator, Film, Ledger, PathTracer, Purpose, Seeding, Seeds, Settings,
-    Unobserved, statistics::MutationStatistics, stream,
+    BidirectionalPathTracer, ChainRunner, Estimator, Ledger, PathTracer, Purpose, Seeding, Seeds, Settings, Unobserved,
+    stream,
 };
 
 /// Chains whose paths are used.
@@ -50,15 +50,8 @@ fn load(file: &FilePath, settings: &Settings) -> Arc<Scene> {
 
 /// What chains leave their results in.
 fn ledger(settings: &Settings) -> Ledger {
-    let (width, height) = settings.size;
-    let statistics = |(_, m): &(f64, AnyMutation)| MutationStatistics::new(m.name(), settings.max_edges);
-    Ledger {
-        film: Film::new(width, height, settings.filter.filter()),
-        mutations: settings.mlt.mutations.iter().map(statistics).collect(),
-        faults: Vec::new(),
-        none_suitable: 0,
-        counts: None,
-    }
+    let names: Vec<_> = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect();
+    Ledger::new(settings, &names)
 }
 
 /// Chains of the default mixture, past their burn-in.

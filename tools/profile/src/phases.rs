@@ -1,55 +1,64 @@
-//! Exclusive time by phase. Rounds with the clock of phases and rounds without take turns.
+//! Shares of time by phase: while one thread makes mutations, another looks again and again at which phase it is in.
 
-use ergodic_geometry::phase::{self, Phase, Tally};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use ergodic_geometry::phase::{self, Phase};
 use serde_json::{Value, json};
 
-use crate::work::{MUTATIONS, Work, median, rounds};
+use crate::work::{MUTATIONS, Work, median, per_mutation, rounds};
 
-/// One round with the clock, beside one without.
-struct Round {
-    tally: Tally,
-    /// Nanoseconds a mutation without the clock.
-    plain: f64,
-    /// The clock's own time over what its calibration predicts.
-    scale: f64,
-}
+/// Time between two looks; the system adds to it. Some tens of mutations, so that looks are as good as independent.
+const INTERVAL: Duration = Duration::from_micros(50);
 
-impl Round {
-    fn new(work: &Work) -> Self {
-        let plain = work.plain();
-        let tally = work.round(|mutate| phase::measure(mutate));
-        let sum = |times: &[f64]| times.iter().sum::<f64>() / MUTATIONS as f64;
-        // In a mutation the clock costs less than in the empty loop of its calibration, where nothing else runs beside it. What
-        // it costs in all is known from the round without it.
-        let scale = (sum(&tally.raw) - plain) / sum(&tally.overhead);
-        Self { tally, plain, scale }
-    }
-
-    /// Nanoseconds a mutation that a phase takes, without the clock.
-    fn time(&self, phase: Phase) -> f64 {
-        let i = phase as usize;
-        (self.tally.raw[i] - self.scale * self.tally.overhead[i]) / MUTATIONS as f64
-    }
+/// How often each phase was seen while `work` went on in this thread.
+fn watched(work: impl FnOnce()) -> [u64; Phase::ALL.len()] {
+    let done = AtomicBool::new(false);
+    thread::scope(|scope| {
+        let watcher = scope.spawn(|| {
+            let mut seen = [0; Phase::ALL.len()];
+            while !done.load(Ordering::Relaxed) {
+                thread::sleep(INTERVAL);
+                seen[phase::current() as usize] += 1;
+            }
+            seen
+        });
+        {
+            // Seeding had many threads, which leave the mark anywhere.
+            let _phase = phase::enter(Phase::Bookkeeping);
+            work();
+        }
+        done.store(true, Ordering::Relaxed);
+        watcher.join().unwrap_or_default()
+    })
 }
 
 /// Measures for some seconds.
 pub fn measure(work: &Work, seconds: f64) -> Value {
-    let rounds = rounds(seconds, || Round::new(work));
-    let plain = median(rounds.iter().map(|round| round.plain));
+    let rounds = rounds(seconds, || {
+        work.round(|mutate| {
+            let mut nanoseconds = 0.0;
+            let seen = watched(|| nanoseconds = per_mutation(mutate));
+            (nanoseconds, seen)
+        })
+    });
+    let seen = |phase: Phase| rounds.iter().map(|(_, seen)| seen[phase as usize]).sum::<u64>();
+    let looks: u64 = Phase::ALL.into_iter().map(seen).sum();
+    let mutation = median(rounds.iter().map(|(nanoseconds, _)| *nanoseconds));
     let phases: Vec<Value> = Phase::ALL
         .into_iter()
         .map(|phase| {
-            let time = median(rounds.iter().map(|round| round.time(phase)));
-            let entries = rounds[0].tally.entries[phase as usize] as f64 / MUTATIONS as f64;
-            json!({ "phase": phase.name(), "ns": time, "share": time / plain, "entries": entries })
+            let share = seen(phase) as f64 / looks as f64;
+            let error = (share * (1.0 - share) / looks as f64).sqrt();
+            json!({ "phase": phase.name(), "share": share, "standard_error": error, "ns": share * mutation })
         })
         .collect();
     json!({
         "mutations": MUTATIONS,
         "rounds": rounds.len(),
-        "mutation_ns": plain,
-        "with_clock_ns": median(rounds.iter().map(|round| round.tally.raw.iter().sum::<f64>() / MUTATIONS as f64)),
-        "clock_over_calibration": median(rounds.iter().map(|round| round.scale)),
+        "looks": looks,
+        "mutation_ns": mutation,
         "phases": phases,
     })
 }

@@ -15,7 +15,7 @@ pub fn measure(work: &Work, seconds: f64) -> Value {
     let closest = questions.iter().filter(|question| matches!(question, Question::Closest(_))).count();
     let hits = questions.iter().filter(|question| question.ask(world)).count();
     let rounds = rounds(seconds, || {
-        let plain = work.plain();
+        let plain = work.round(|mutate| per_mutation(mutate));
         let bare = per_mutation(|| {
             black_box(questions.iter().filter(|question| question.ask(world)).count());
         });

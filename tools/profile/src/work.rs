@@ -90,11 +90,6 @@ impl Work {
             }
         })
     }
-
-    /// Nanoseconds of processor time a mutation, in a round that nothing watches.
-    pub fn plain(&self) -> f64 {
-        self.round(|mutate| per_mutation(mutate))
-    }
 }
 
 /// Nanoseconds of this thread's processor time that `work` takes, by mutations of a round.

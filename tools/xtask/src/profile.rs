@@ -19,11 +19,11 @@ Two programs are built and run, because either slows down what it measures.
    time: 1 would mean that a mutation costs nothing but its rays. Bare rays come from a list and have nothing between them, so
    their data stay in the caches better than in a mutation; the ratio tells that too.
 
-2. Phases. Code marks where phases begin; a clock (the processor's time-stamp counter) adds up the time of each, without that of
-   phases inside it. The clock takes time itself. A loop that does nothing else tells how much of it falls into the phase entered
-   and how much into the one around. Since entering costs less among other work, all of that is scaled by one factor (`clock`
-   in the table), so that the times add up to those of rounds without the clock, taken in turns. What is entered often and short
-   (single triangles, random numbers) is therefore less certain than the rest: a share of a few percent may be off by as much.
+2. Phases. Code marks where phases begin and end, by a store to one byte. While one thread makes mutations, another looks at the
+   byte every 50 microseconds or more. `share` is how often it saw the phase, with the standard error of that many independent
+   looks; `ns` is the share of the mutation's time. A phase within another interrupts it. The marks cost a little, most where
+   phases are short; the last line says how much in all. The compiler and the processor may move work past a mark, some
+   nanoseconds; so triangles and random numbers, which are short, are less certain than their error says.
 
 traversal       World::intersect, visible, escapes without the tests of triangles
 intersection    the tests of triangles
@@ -111,19 +111,15 @@ fn print(scene: &str, rays: &Value, phases: &Value) {
         of_rays("most_ratio"),
         of_rays("rounds")
     );
-    let head = format!("{:<14}  {:>7}  {:>8}  {:>8}", "phase", "share", "ns", "entries");
+    let head = format!("{:<14}  {:>15}  {:>6}", "phase", "share", "ns");
     println!("{head}\n{}", "-".repeat(head.len()));
     for phase in phases["phases"].as_array().into_iter().flatten() {
-        let (share, ns, entries) = (number(phase, "share"), number(phase, "ns"), number(phase, "entries"));
+        let (share, error) = (number(phase, "share") * 100.0, number(phase, "standard_error") * 100.0);
         let name = phase["phase"].as_str().unwrap_or("?");
-        println!("{name:<14}  {:>5.1} %  {ns:>8.0}  {entries:>8.2}", share * 100.0);
+        println!("{name:<14}  {share:>5.1} +- {error:>3.1} %  {:>6.0}", number(phase, "ns"));
     }
-    println!(
-        "\n{:.0} ns without the clock, {:.0} with it; clock {:.2} of its calibration",
-        of_phases("mutation_ns"),
-        of_phases("with_clock_ns"),
-        of_phases("clock_over_calibration")
-    );
+    let marked = of_phases("mutation_ns") / of_rays("mutation_ns") - 1.0;
+    println!("\n{:.0} looks; the marks make mutations {:+.0} % slower", of_phases("looks"), marked * 100.0);
 }
 
 fn write(file: &Path, scene: &str, rays: &Value, phases: &Value) -> Result<(), String> {

@@ -1,19 +1,21 @@
-//! Time of a ray, and of building the trees: `cargo bench -p ergodic-geometry`.
+//! Processor time of a ray, and wall time of building the trees, which uses all cores: `cargo bench -p ergodic-geometry`.
 //!
 //! Names are `QUERY/FORM/RAYS/TRIANGLES`, so that a filter picks a part: `cargo bench -p ergodic-geometry -- closest/flat`. The scene
 //! of ten million triangles takes minutes and some gigabytes: it is measured too if `ERGODIC_BENCH_LARGE` is set.
 
 mod generated;
+mod processor_time;
 
 use std::hint::black_box;
 use std::time::Duration;
 
-use criterion::measurement::WallTime;
+use criterion::measurement::Measurement;
 use criterion::{
     BatchSize, BenchmarkGroup, BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main,
 };
 use ergodic_geometry::World;
 use generated::Placed;
+use processor_time::ProcessorTime;
 
 /// Rays of one iteration: enough that a large scene does not stay in the caches from one to the next.
 const RAYS: usize = 50_000;
@@ -28,14 +30,14 @@ fn build((meshes, instances): Placed) -> World {
     World::build(meshes, instances).expect("the generated scene is sound")
 }
 
-fn group<'a>(criterion: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+fn group<'a, M: Measurement>(criterion: &'a mut Criterion<M>, name: &str) -> BenchmarkGroup<'a, M> {
     let mut group = criterion.benchmark_group(name);
     group.sampling_mode(SamplingMode::Flat).sample_size(20).warm_up_time(Duration::from_millis(500));
     group.measurement_time(Duration::from_secs(2));
     group
 }
 
-fn queries(criterion: &mut Criterion) {
+fn queries(criterion: &mut Criterion<ProcessorTime>) {
     for &size in sizes() {
         let flat = build(generated::flat(size));
         let instanced = build(generated::instanced(size));
@@ -76,5 +78,10 @@ fn builds(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, queries, builds);
-criterion_main!(benches);
+criterion_group! {
+    name = rays;
+    config = processor_time::criterion();
+    targets = queries
+}
+criterion_group!(trees, builds);
+criterion_main!(rays, trees);

@@ -1,7 +1,10 @@
-//! What a mutation is made of, on the scenes of `scenes/`: `cargo bench -p ergodic-render`, or a part of it, as in
+//! Processor time of what a mutation is made of, on the scenes of `scenes/`: `cargo bench -p ergodic-render`, or a part of it, as in
 //! `cargo bench -p ergodic-render -- cornell/step`.
 //!
 //! The paths are those of chains that have run for a while, so they are as frequent as in a render.
+
+#[path = "../../geometry/benches/processor_time/mod.rs"]
+mod processor_time;
 
 use std::fs;
 use std::hint::black_box;
@@ -17,6 +20,7 @@ use ergodic_render::{
     BidirectionalPathTracer, ChainRunner, Estimator, Ledger, PathTracer, Purpose, Seeding, Seeds, Settings, Unobserved,
     stream,
 };
+use processor_time::ProcessorTime;
 
 /// Chains whose paths are used.
 const CHAINS: usize = 256;
@@ -91,7 +95,7 @@ fn proposals(space: &PathSpace, mutation: &AnyMutation, paths: &[Path]) -> Vec<P
     made
 }
 
-fn scene(criterion: &mut Criterion, name: &str, file: &FilePath) {
+fn scene(criterion: &mut Criterion<ProcessorTime>, name: &str, file: &FilePath) {
     let settings = settings();
     let scene = load(file, &settings);
     // Paths of three or more edges, as in a render whose direct light is sampled apart.
@@ -177,11 +181,15 @@ fn scene(criterion: &mut Criterion, name: &str, file: &FilePath) {
     group.finish();
 }
 
-fn all(criterion: &mut Criterion) {
+fn all(criterion: &mut Criterion<ProcessorTime>) {
     for (name, file) in scenes() {
         scene(criterion, &name, &file);
     }
 }
 
-criterion_group!(benches, all);
+criterion_group! {
+    name = benches;
+    config = processor_time::criterion();
+    targets = all
+}
 criterion_main!(benches);

@@ -1,5 +1,8 @@
-//! Time of `eval`, `pdf` and `sample` for the common materials, and of a material's interaction at a point:
+//! Processor time of `eval`, `pdf` and `sample` for the common materials, and of a material's interaction at a point:
 //! `cargo bench -p ergodic-scattering`.
+
+#[path = "../../geometry/benches/processor_time/mod.rs"]
+mod processor_time;
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -8,6 +11,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use ergodic_geometry::Surface;
 use ergodic_scattering::{Component, Material, Rgb};
 use glam::{DVec2, DVec3, DVec4};
+use processor_time::ProcessorTime;
 
 /// Directions and numbers of one iteration, so many that no call can be predicted or hoisted.
 const INPUTS: usize = 1024;
@@ -35,7 +39,7 @@ fn inputs() -> Vec<Input> {
         .collect()
 }
 
-fn interactions(criterion: &mut Criterion) {
+fn interactions(criterion: &mut Criterion<ProcessorTime>) {
     let surface = Surface {
         position: DVec3::ZERO,
         ng: DVec3::Z,
@@ -98,5 +102,9 @@ fn interactions(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, interactions);
+criterion_group! {
+    name = benches;
+    config = processor_time::criterion();
+    targets = interactions
+}
 criterion_main!(benches);

@@ -10,6 +10,7 @@ mod frame;
 mod hidden;
 mod levels;
 mod mesh;
+pub mod phase;
 mod placement;
 mod places;
 mod surface;

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::epsilon::DEGENERATE_SINE;
+use crate::phase::{self, Phase};
 
 /// Vertices, in the space of the mesh or the world.
 pub(crate) type Triangle = [DVec3; 3];
@@ -67,6 +68,7 @@ impl Shear {
     /// two triangles that share an edge see opposite ones.
     #[inline(always)]
     pub(crate) fn cross(&self, triangle: &Triangle, t_max: f64) -> Option<Crossing> {
+        let _phase = phase::enter(Phase::Intersection);
         let [ax, ay, az] = self.vertex(triangle[0]);
         let [bx, by, bz] = self.vertex(triangle[1]);
         let [cx, cy, cz] = self.vertex(triangle[2]);

@@ -8,6 +8,7 @@ use crate::{
     epsilon::{MAX_COORDINATE, spawn_offset},
     hidden::Hidden,
     levels::{Baked, Nearest, Shared, split},
+    phase::{self, Phase},
     placement::Placement,
     triangle::Shear,
 };
@@ -149,6 +150,7 @@ impl World {
     /// (instance, triangle).
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        let _phase = phase::enter(Phase::Traversal);
         let shear = Shear::new(ray.origin, ray.direction);
         let mut nearest = Nearest::NONE;
         if let Some(baked) = &self.baked {
@@ -163,6 +165,7 @@ impl World {
     /// Whether the open segment from `origin` to `origin + t_max * direction` is blocked.
     #[inline]
     fn blocked(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
+        let _phase = phase::enter(Phase::Traversal);
         let ray = Ray { origin, direction };
         let shear = Shear::new(origin, direction);
         self.baked.as_ref().is_some_and(|baked| baked.any(self.isa, &shear, &ray, t_max))

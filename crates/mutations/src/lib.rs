@@ -18,6 +18,7 @@ pub use lens::Lens;
 pub use multi_chain::MultiChain;
 pub use splice::{Rejection, Splice};
 
+use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use serde::{Deserialize, Serialize};
@@ -108,6 +109,7 @@ macro_rules! registry {
 
             #[inline]
             fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+                let _phase = phase::enter(Phase::Density);
                 match self { $(Self::$variant(m) => m.ln_density(space, from, to, plan)),+ }
             }
         }

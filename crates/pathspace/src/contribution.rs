@@ -1,5 +1,6 @@
 //! The measurement contribution f of a complete path (Veach 8.3), one formula whichever end the path was built from.
 
+use ergodic_geometry::phase::{self, Phase};
 use ergodic_scattering::{Rgb, luminance};
 use glam::DVec2;
 
@@ -34,6 +35,7 @@ const RENORMALISE: f64 = 1e100;
 /// f(x) = Le(x₀→x₁) G(x₀,x₁) Π fs(x_{i-1}→x_i→x_{i+1}) G(x_i,x_{i+1}) · We(x_{k-1}→x_k), visibility taken as given.
 #[inline]
 pub fn contribution(scene: &Scene, path: &Path) -> Contribution {
+    let _phase = phase::enter(Phase::Shading);
     let k = path.length();
     let first = &path.edges[0];
     let last = &path.edges[k - 1];

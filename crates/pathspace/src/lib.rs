@@ -11,6 +11,7 @@ mod gap;
 mod lights;
 mod media;
 mod path;
+pub mod record;
 mod scene;
 mod space;
 pub mod stability;

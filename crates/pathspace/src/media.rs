@@ -60,6 +60,7 @@ impl Media {
             if candidates.is_empty() {
                 return AIR;
             }
+            crate::record::closest(&ray);
             let Some(hit) = world.intersect(&ray) else { return AIR };
             let surface = world.surface(&hit);
             if let Some(i) = candidates.iter().position(|solid| solid.instance == hit.instance) {

@@ -7,6 +7,7 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
+use ergodic_geometry::phase::{self, Phase};
 use ergodic_geometry::{Hit, Instance, Mesh, Ray, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
@@ -17,6 +18,7 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 use crate::gap::{draw_in, drawn_in};
 use crate::lights::{Emitter, Lights};
 use crate::media::{AIR, Media};
+use crate::record;
 use crate::vertex::NO_EMITTER;
 use crate::{CameraDescription, Kind, Placement, SceneDescription, SceneError, Vertex};
 
@@ -190,6 +192,7 @@ impl Scene {
     /// The point of the surface that was hit, as if met in air.
     #[inline]
     pub fn vertex(&self, hit: &Hit) -> Vertex {
+        let _phase = phase::enter(Phase::Shading);
         let surface = self.world.surface(hit);
         let index = self.material_of_instance[hit.instance as usize];
         let material = &self.materials[index as usize];
@@ -216,6 +219,7 @@ impl Scene {
     pub fn trace(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
         count_ray();
         let ray = self.world.spawn(&from.anchor(), w);
+        record::closest(&ray);
         let hit = self.world.intersect(&ray)?;
         let mut vertex = self.vertex(&hit);
         if !self.media.is_empty() {
@@ -240,6 +244,7 @@ impl Scene {
     #[inline]
     pub fn mutually_visible(&self, a: &Vertex, b: &Vertex) -> bool {
         count_ray();
+        record::visibility(a, b);
         match (a.kind, b.kind) {
             (Kind::DistantLight(_), _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
             (_, Kind::DistantLight(_)) => self.world.escapes(&a.anchor(), -b.interaction.ng),
@@ -373,7 +378,9 @@ impl Scene {
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
                 // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
                 let origin = frame.t * x + frame.b * y - direction * (2.0 * self.radius) + self.centre();
-                return self.world.intersect(&Ray { origin, direction }).map(|hit| self.vertex(&hit));
+                let ray = Ray { origin, direction };
+                record::closest(&ray);
+                return self.world.intersect(&ray).map(|hit| self.vertex(&hit));
             }
             Kind::Camera => return None,
         };

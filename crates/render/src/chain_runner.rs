@@ -2,15 +2,16 @@
 
 use std::time::Instant;
 
-use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, Step};
+use ergodic_geometry::phase::{self, Phase};
+use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, RandomSource, Step};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
 use rand_pcg::Pcg64Dxsm;
 
-use crate::Film;
 use crate::layers::PixelCounts;
 use crate::mixing::ChainTrace;
 use crate::statistics::{MutationStatistics, Outcome};
+use crate::{Film, Settings};
 
 /// What a step of a mixture of path mutations comes to.
 pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
@@ -53,6 +54,17 @@ pub struct ChainRunner {
     trace: ChainTrace,
 }
 
+/// A chain's stream, with its time accounted for.
+struct Accounted<'a>(&'a mut Pcg64Dxsm);
+
+impl RandomSource for Accounted<'_> {
+    #[inline]
+    fn uniform(&mut self) -> f64 {
+        let _phase = phase::enter(Phase::Random);
+        self.0.uniform()
+    }
+}
+
 /// Where a chain leaves its results.
 #[derive(Clone, Debug)]
 pub struct Ledger {
@@ -66,6 +78,20 @@ pub struct Ledger {
     pub none_suitable: u64,
     /// Counts for each pixel, if they are asked for.
     pub counts: Option<PixelCounts>,
+}
+
+impl Ledger {
+    /// An empty one for the members of a mixture, by their names.
+    pub fn new(settings: &Settings, names: &[&'static str]) -> Self {
+        let (width, height) = settings.size;
+        Self {
+            film: Film::new(width, height, settings.filter.filter()),
+            mutations: names.iter().map(|name| MutationStatistics::new(name, settings.max_edges)).collect(),
+            faults: Vec::new(),
+            none_suitable: 0,
+            counts: settings.mlt.layers.then(|| PixelCounts::new(width, height)),
+        }
+    }
 }
 
 impl ChainRunner {
@@ -113,7 +139,7 @@ impl ChainRunner {
         M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
     {
         self.steps += 1;
-        self.chain.step(&LuminanceTarget { scene: &space.scene }, mixture, space, &mut self.rng)
+        self.chain.step(&LuminanceTarget { scene: &space.scene }, mixture, space, &mut Accounted(&mut self.rng))
     }
 
     /// Takes `count` steps.

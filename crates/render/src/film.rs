@@ -1,5 +1,6 @@
 //! The film: sums of splats in f64, and the picture they make.
 
+use ergodic_geometry::phase::{self, Phase};
 use ergodic_pathspace::stability::{Place, is_usable};
 use ergodic_scattering::{Filter, FilterKernel, Rgb};
 use glam::DVec2;
@@ -50,6 +51,7 @@ impl Film {
     /// A value that is not finite, or negative, is not added but counted.
     #[inline]
     pub fn splat(&mut self, raster: DVec2, color: Rgb) {
+        let _phase = phase::enter(Phase::Film);
         if !is_usable(Place::Film, color) {
             return;
         }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
 use crate::counts::{Counts, counted};
-use crate::layers::{self, Layers, PixelCounts};
+use crate::layers::{self, Layers};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Unobserved, Until};
 use crate::sampling::sample_image;
@@ -207,17 +207,7 @@ fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &
     let (width, height) = settings.size;
     let count = batches(width, height).min(starts.len());
     let mut work: Vec<Batch> = (0..count)
-        .map(|_| Batch {
-            runners: Vec::new(),
-            ledger: Ledger {
-                film: Film::new(width, height, settings.filter.filter()),
-                mutations: new_statistics(names, settings.max_edges),
-                faults: Vec::new(),
-                none_suitable: 0,
-                counts: settings.mlt.layers.then(|| PixelCounts::new(width, height)),
-            },
-            counts: Counts::default(),
-        })
+        .map(|_| Batch { runners: Vec::new(), ledger: Ledger::new(settings, names), counts: Counts::default() })
         .collect();
     for (index, path) in starts.into_iter().enumerate() {
         let rng = stream(settings.seed, Purpose::Chain, index as u64);

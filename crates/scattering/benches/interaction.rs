@@ -1,15 +1,20 @@
-//! Nanoseconds per call of `eval`, `pdf` and `sample` for the common materials: `cargo bench -p ergodic-scattering`.
+//! Processor time of `eval`, `pdf` and `sample` for the common materials, and of a material's interaction at a point:
+//! `cargo bench -p ergodic-scattering`.
+
+#[path = "../../geometry/benches/processor_time/mod.rs"]
+mod processor_time;
 
 use std::hint::black_box;
-use std::time::Instant;
+use std::time::Duration;
 
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use ergodic_geometry::Surface;
-use ergodic_scattering::{Component, Interaction, Material, Rgb};
+use ergodic_scattering::{Component, Material, Rgb};
 use glam::{DVec2, DVec3, DVec4};
+use processor_time::ProcessorTime;
 
-/// Directions and numbers to go through, so that no call can be predicted or hoisted.
+/// Directions and numbers of one iteration, so many that no call can be predicted or hoisted.
 const INPUTS: usize = 1024;
-const ROUNDS: usize = 2000;
 
 struct Input {
     from: DVec3,
@@ -34,34 +39,7 @@ fn inputs() -> Vec<Input> {
         .collect()
 }
 
-/// Least time per call over several batches.
-fn nanoseconds(inputs: &[Input], mut call: impl FnMut(&Input)) -> f64 {
-    let batch = |call: &mut dyn FnMut(&Input)| {
-        let start = Instant::now();
-        for _ in 0..ROUNDS / 10 {
-            inputs.iter().for_each(&mut *call);
-        }
-        start.elapsed().as_secs_f64() * 1e9 / (inputs.len() * ROUNDS / 10) as f64
-    };
-    (0..10).map(|_| batch(&mut call)).fold(f64::INFINITY, f64::min)
-}
-
-fn report(name: &str, at: Interaction) {
-    let inputs = inputs();
-    let at = black_box(at);
-    let eval = nanoseconds(&inputs, |i| {
-        black_box(at.eval(i.to, i.from, Component::Rough));
-    });
-    let pdf = nanoseconds(&inputs, |i| {
-        black_box(at.pdf(i.from, i.to, Component::Rough));
-    });
-    let sample = nanoseconds(&inputs, |i| {
-        black_box(at.sample(i.from, i.u));
-    });
-    println!("{name:16} eval {eval:6.1} ns   pdf {pdf:6.1} ns   sample {sample:6.1} ns");
-}
-
-fn main() {
+fn interactions(criterion: &mut Criterion<ProcessorTime>) {
     let surface = Surface {
         position: DVec3::ZERO,
         ng: DVec3::Z,
@@ -79,15 +57,54 @@ fn main() {
         ("metal", Material { metallic: 1.0, ..dielectric.clone() }),
         ("coated", dielectric.clone()),
         ("rough glass", Material { transmission: 1.0, solid: true, ..dielectric.clone() }),
-        ("smooth glass", Material { transmission: 1.0, solid: true, roughness: 0.0, ..dielectric.clone() }),
+        ("smooth glass", Material { transmission: 1.0, solid: true, roughness: 0.0, ..dielectric }),
     ];
-    println!("Interaction: {} bytes", size_of::<Interaction>());
-    for (name, material) in materials {
-        report(name, material.interaction(&[], &surface));
-    }
     let inputs = inputs();
-    let point = nanoseconds(&inputs, |i| {
-        black_box(dielectric.interaction(&[], &Surface { ns: i.from, ng: i.from, ..surface }));
-    });
-    println!("Material::interaction without textures: {point:.1} ns");
+    let mut group = criterion.benchmark_group("interaction");
+    group.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(1)).sample_size(50);
+    group.throughput(Throughput::Elements(INPUTS as u64));
+    for (name, material) in &materials {
+        let at = material.interaction(&[], &surface);
+        group.bench_function(BenchmarkId::new("eval", name), |bencher| {
+            let at = black_box(&at);
+            bencher.iter(|| {
+                for i in &inputs {
+                    black_box(at.eval(i.to, i.from, Component::Rough));
+                }
+            });
+        });
+        group.bench_function(BenchmarkId::new("pdf", name), |bencher| {
+            let at = black_box(&at);
+            bencher.iter(|| {
+                for i in &inputs {
+                    black_box(at.pdf(i.from, i.to, Component::Rough));
+                }
+            });
+        });
+        group.bench_function(BenchmarkId::new("sample", name), |bencher| {
+            let at = black_box(&at);
+            bencher.iter(|| {
+                for i in &inputs {
+                    black_box(at.sample(i.from, i.u));
+                }
+            });
+        });
+        group.bench_function(BenchmarkId::new("of material", name), |bencher| {
+            let material = black_box(material);
+            let at = |i: &Input| material.interaction(&[], &Surface { ns: i.from, ng: i.from, ..surface });
+            bencher.iter(|| {
+                for i in &inputs {
+                    black_box(at(i));
+                }
+            });
+        });
+    }
+    group.finish();
 }
+
+criterion_group! {
+    name = benches;
+    config = processor_time::criterion();
+    targets = interactions
+}
+criterion_main!(benches);

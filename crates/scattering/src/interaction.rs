@@ -1,6 +1,7 @@
 //! The scattering at one point of a surface, in world space: shading frame, geometric normal and BSDF.
 
 use ergodic_geometry::Frame;
+use ergodic_geometry::phase::{self, Phase};
 use glam::DVec3;
 
 use crate::{Bsdf, Rgb};
@@ -81,6 +82,7 @@ impl Interaction {
     /// or the direction came out where the density is 0; that is part of the distribution, not to be redrawn.
     #[inline]
     pub fn sample(&self, w_from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
+        let _phase = phase::enter(Phase::Shading);
         if !self.accepts(w_from) {
             return None;
         }
@@ -91,6 +93,7 @@ impl Interaction {
     /// disagree about it, or if there is no such component.
     #[inline]
     pub fn dirac_direction(&self, w_from: DVec3, component: Component) -> Option<DVec3> {
+        let _phase = phase::enter(Phase::Shading);
         if !self.accepts(w_from) {
             return None;
         }

@@ -17,11 +17,11 @@ pub const KINDS: [&str; 3] = ["camera", "surface", "box"];
 /// Points on surfaces are moved off them by this much, which is far beyond the rounding of `f32`.
 const LIFT: f64 = 1e-4;
 
-/// The room is the cube [-1, 1]³; the camera stands before its open side.
-const EYE: DVec3 = DVec3::new(0.0, 0.0, 3.0);
+/// The room is the cube [-1, 1]³; the camera stands before its open side, off the axis so that no ray runs along a seam of walls.
+const EYE: DVec3 = DVec3::new(0.1, 0.05, 3.0);
 
-/// Half the width of what the camera sees at a distance of 1: a little less than the open side, whose edges lie in walls.
-const HALF_WIDTH: f64 = 0.49;
+/// Half the width of what the camera sees at a distance of 1: a little less than the open side.
+const HALF_WIDTH: f64 = 0.44;
 
 fn uniform(rng: &mut Pcg64) -> f64 {
     (rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)

@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use ergodic_laws::faults::Scaled;
+use ergodic_metropolis::diagnostics::Moments;
 use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{Path, Scene};
 use ergodic_render::{
-    Budget, Direct, FilterSettings, Method, Replayed, Settings, Unobserved, render, render_with_mixture, replay,
+    Budget, Direct, FilterSettings, Method, MltReport, Replayed, Settings, Unobserved, render, render_with_mixture,
+    replay,
 };
 use ergodic_scattering::luminance;
-use ergodic_tests::{description, view_of};
+use ergodic_tests::{description, nightly, view_of};
 
 fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
     let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
@@ -36,6 +38,67 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
             assert_ne!(one, picture(1, 2), "{name} {method:?}: the seed changes nothing");
         }
     }
+}
+
+#[test]
+fn many_merges_on_64_threads_give_the_bytes_of_one_thread() {
+    let size = (64, 48);
+    let scene = view_of(description("glass"), size);
+    let filter = FilterSettings::Gaussian { radius: 2.0, sigma: 0.5 };
+    // So many mutations that every buffer is full several times over.
+    let mut settings = Settings { filter, ..settings(Method::Mlt, size, nightly(400.0, 4000.0)) };
+    settings.mlt.layers = true;
+    settings.mlt.direct = Direct::Separate { samples_per_pixel: 64 };
+    let rendering = |threads, seed| {
+        let rendering = render(&scene, &Settings { threads, seed, ..settings.clone() }, &Unobserved).unwrap();
+        assert_eq!(rendering.threads, threads);
+        (rendering.picture, rendering.mlt.and_then(|report| report.layers).expect("layers are asked for"))
+    };
+    let one = rendering(1, 1);
+    for threads in [2, 8, 64] {
+        assert!(rendering(threads, 1) == one, "{threads} threads");
+    }
+    assert!(rendering(64, 2) != one, "the seed changes nothing");
+}
+
+#[test]
+fn the_standard_error_of_pixels_is_the_spread_of_replicas() {
+    let size = (16, 16);
+    let scene = view_of(description("cornell"), size);
+    let samples = nightly(3200.0, 32_000.0);
+    let rendering = |seed, samples| {
+        let mut settings = Settings { seed, ..settings(Method::Mlt, size, samples) };
+        settings.mlt.layers = true;
+        settings.mlt.direct = Direct::InChain;
+        let rendering = render(&scene, &settings, &Unobserved).unwrap();
+        (rendering.picture, rendering.mlt.expect("this is mlt"))
+    };
+    // Relative to b, because the layer leaves out the error of b.
+    let told = |report: &MltReport| {
+        let layers = report.layers.as_ref().expect("layers are asked for");
+        layers.standard_error.iter().map(|error| (error / report.b).powi(2)).sum::<f64>()
+    };
+    let mut values = vec![Moments::new(); 16 * 16];
+    let (mut right, mut wrong) = (Moments::new(), Moments::new());
+    for seed in 0..16 {
+        let (picture, report) = rendering(seed, samples);
+        values.iter_mut().zip(&picture.pixels).for_each(|(value, pixel)| value.add(luminance(*pixel) / report.b));
+        right.add(told(&report));
+        if seed < 4 {
+            wrong.add(told(&rendering(100 + seed, samples / 2.0).1));
+        }
+        let longest = report.layers.unwrap().longest_stay.into_iter().fold(0.0, f64::max);
+        assert!(report.mixing.longest_stay.is_some_and(|stay| stay.steps as f64 == longest), "{longest}");
+    }
+    let found: f64 = values.iter().map(Moments::variance).sum();
+    println!(
+        "sum of variances: {found:.3} over replicas; told {:.3}; of half as long chains {:.3}",
+        right.mean(),
+        wrong.mean()
+    );
+    // 256 pixels with 15 degrees of freedom each, not all independent.
+    let agrees = |told: f64| (0.75..1.33).contains(&(told / found));
+    assert!(agrees(right.mean()) && !agrees(wrong.mean()));
 }
 
 #[test]

@@ -17,8 +17,8 @@ use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{Edge, Lengths, Path, PathSpace, Roulette, Scene};
 use ergodic_render::{
-    BidirectionalPathTracer, ChainRunner, Estimator, Ledger, PathTracer, Purpose, Seeding, Seeds, Settings, Unobserved,
-    stream,
+    BidirectionalPathTracer, ChainRunner, Estimator, Film, Ledger, PathTracer, Purpose, Seeding, Seeds, Settings,
+    Unobserved, stream,
 };
 use processor_time::ProcessorTime;
 
@@ -58,17 +58,23 @@ fn ledger(settings: &Settings) -> Ledger {
     Ledger::new(settings, &names)
 }
 
+fn film(settings: &Settings) -> Film {
+    Film::new(settings.size.0, settings.size.1, settings.filter.filter())
+}
+
 /// Chains of the default mixture, past their burn-in.
 fn chains(space: &PathSpace, mixture: &Mixture<AnyMutation>, settings: &Settings) -> Vec<ChainRunner> {
     let seeding = Seeding { relative_error: 0.05, max_samples: 200_000 };
     let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
     let seeds = Seeds::draw(&space.scene, space.lengths, roulette, &seeding, settings.seed, &Unobserved);
     let mut ledger = ledger(settings);
+    let mut film = film(settings);
     let starts = seeds.starts(&space.scene, CHAINS).into_iter();
     (0u64..)
         .zip(starts)
         .map(|(index, path)| {
             let mut chain = ChainRunner::new(index, path, space, stream(settings.seed, Purpose::Chain, index));
+            ledger.make_room(BURN_IN, &mut film);
             chain.run(BURN_IN, mixture, space, &mut ledger);
             chain
         })
@@ -149,11 +155,13 @@ fn scene(criterion: &mut Criterion<ProcessorTime>, name: &str, file: &FilePath) 
     }
 
     let mut ledger = ledger(&settings);
+    let mut film = film(&settings);
     let mut next = (0..chains.len()).cycle();
     group.throughput(Throughput::Elements(STEPS));
     group.bench_function("step", |bencher| {
         bencher.iter(|| {
             let index = next.next().unwrap_or(0);
+            ledger.make_room(STEPS, &mut film);
             chains[index].run(STEPS, &mixture, &space, &mut ledger);
         });
     });

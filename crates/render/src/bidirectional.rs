@@ -22,6 +22,18 @@ impl BidirectionalPathTracer {
 
 impl Estimator for BidirectionalPathTracer {
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
-        self.sampler.sample(scene, rng, |_, connection| splat(connection.raster, connection.contribution()));
+        // Connections to the walk from the eye all arrive where it starts: one splat for all of them.
+        let mut by_eye: Option<(DVec2, Rgb)> = None;
+        self.sampler.sample(scene, rng, |_, connection| {
+            let color = connection.contribution();
+            if connection.t == 1 {
+                splat(connection.raster, color);
+            } else {
+                by_eye.get_or_insert((connection.raster, Rgb::ZERO)).1 += color;
+            }
+        });
+        if let Some((raster, color)) = by_eye {
+            splat(raster, color);
+        }
     }
 }

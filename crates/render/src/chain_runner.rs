@@ -8,10 +8,10 @@ use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
 use rand_pcg::Pcg64Dxsm;
 
-use crate::layers::PixelCounts;
+use crate::layers::VisitBuffer;
 use crate::mixing::ChainTrace;
 use crate::statistics::{MutationStatistics, Outcome};
-use crate::{Film, Settings};
+use crate::{Film, Settings, SplatBuffer};
 
 /// What a step of a mixture of path mutations comes to.
 pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
@@ -68,28 +68,40 @@ impl RandomSource for Accounted<'_> {
 /// Where a chain leaves its results.
 #[derive(Clone, Debug)]
 pub struct Ledger {
-    /// Splats.
-    pub film: Film,
+    /// Splats: for every call of [`ChainRunner::run`] one more than its steps at most.
+    pub splats: SplatBuffer,
     /// One entry for each member of the mixture.
     pub mutations: Vec<MutationStatistics>,
     /// The first faults.
     pub faults: Vec<FaultRecord>,
     /// Steps in which no mutation of the mixture was suitable.
     pub none_suitable: u64,
-    /// Counts for each pixel, if they are asked for.
-    pub counts: Option<PixelCounts>,
+    /// What happened at which pixel, if that is asked for; as many entries as splats at most.
+    pub visits: Option<VisitBuffer>,
 }
 
 impl Ledger {
+    /// Whether a chain can take `steps` steps without a buffer that has to grow.
+    pub(crate) fn has_room(&self, steps: u64) -> bool {
+        let room = self.visits.as_ref().map_or(usize::MAX, VisitBuffer::room).min(self.splats.room());
+        steps < room as u64
+    }
+
+    /// Leaves the splats on a film if a chain that takes `steps` steps might have no room for more.
+    pub fn make_room(&mut self, steps: u64, film: &mut Film) {
+        if !self.has_room(steps) {
+            film.take(&mut self.splats);
+        }
+    }
+
     /// An empty one for the members of a mixture, by their names.
     pub fn new(settings: &Settings, names: &[&'static str]) -> Self {
-        let (width, height) = settings.size;
         Self {
-            film: Film::new(width, height, settings.filter.filter()),
+            splats: SplatBuffer::new(),
             mutations: names.iter().map(|name| MutationStatistics::new(name, settings.max_edges)).collect(),
             faults: Vec::new(),
             none_suitable: 0,
-            counts: settings.mlt.layers.then(|| PixelCounts::new(width, height)),
+            visits: settings.mlt.layers.then(|| VisitBuffer::new(settings.size)),
         }
     }
 }
@@ -122,8 +134,8 @@ impl ChainRunner {
         let current = *self.chain.current().1;
         self.trace.record(&current, self.class, self.stay);
         self.trace.record_stay(self.class, self.stay);
-        if let Some(counts) = &mut ledger.counts {
-            counts.stayed(current.raster, self.stay);
+        if let Some(visits) = &mut ledger.visits {
+            visits.stayed(current.raster, self.stay);
         }
         self.stay = 0;
     }
@@ -175,16 +187,16 @@ impl ChainRunner {
                     (mutation, self.deposit(acceptance, accepted, ledger))
                 }
             };
-            if let Some(counts) = &mut ledger.counts {
+            if let Some(visits) = &mut ledger.visits {
                 let acceptance = if let Outcome::Tried { acceptance, .. } = outcome { acceptance } else { 0.0 };
-                counts.proposed(from, acceptance);
+                visits.proposed(from, acceptance);
             }
             let nanoseconds = timer.map(|timer| timer.elapsed().as_nanos() as u64);
             ledger.mutations[mutation].record(class, outcome, nanoseconds);
         }
-        // Nothing stays pending between calls, so that the film is complete whenever it is looked at.
+        // Nothing stays pending between calls, so that the splats are complete whenever they are looked at.
         let current = *self.chain.current().1;
-        ledger.film.splat(current.raster, current.color * self.pending);
+        ledger.splats.splat(current.raster, current.color * self.pending);
         self.pending = 0.0;
     }
 
@@ -197,21 +209,21 @@ impl ChainRunner {
     fn deposit(&mut self, acceptance: f64, accepted: bool, ledger: &mut Ledger) -> Outcome {
         let current = *self.chain.current().1;
         let other = *self.chain.other().1;
-        let film = &mut ledger.film;
+        let splats = &mut ledger.splats;
         self.pending += 1.0 - acceptance;
         if accepted {
-            film.splat(other.raster, other.color * self.pending);
+            splats.splat(other.raster, other.color * self.pending);
             self.pending = acceptance;
             self.trace.record(&other, self.class, self.stay + 1);
-            if let Some(counts) = &mut ledger.counts {
-                counts.stayed(other.raster, self.stay);
+            if let Some(visits) = &mut ledger.visits {
+                visits.stayed(other.raster, self.stay);
             }
             self.class = self.chain.current().0.class();
             self.stay = 0;
         } else {
             self.stay += 1;
             if acceptance > 0.0 {
-                film.splat(other.raster, other.color * acceptance);
+                splats.splat(other.raster, other.color * acceptance);
             }
         }
         let jump = if acceptance > 0.0 { current.raster.distance(other.raster) } else { 0.0 };

@@ -2,10 +2,13 @@
 //! bidirectional path tracing and Metropolis light transport.
 
 mod bidirectional;
+mod bins;
 mod chain_runner;
 mod counts;
 mod film;
+mod grid;
 mod layers;
+mod memory;
 mod mixing;
 mod mlt;
 mod observer;
@@ -20,8 +23,9 @@ mod streams;
 pub use bidirectional::BidirectionalPathTracer;
 pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
 pub use counts::Counts;
-pub use film::{Film, Picture};
-pub use layers::{Layers, PixelCounts};
+pub use film::{Film, Picture, SplatBuffer};
+pub use layers::{Layers, VisitBuffer};
+pub use memory::peak_bytes;
 pub use mixing::{Mixing, MixingReport, R_HAT_LIMIT, Stay};
 pub use mlt::{MltReport, Replayed, replay};
 pub use observer::{Observer, Stage, Unobserved};
@@ -84,10 +88,9 @@ pub enum RenderError {
     },
 }
 
-/// Bytes that the films of all batches may take together.
-const FILM_MEMORY: usize = 1 << 30;
-/// The greatest number of batches; enough to keep many threads busy.
-const MAX_BATCHES: usize = 64;
+/// Number of parts into which work is cut, or fewer if there are fewer chains or rows: two for each of 64 threads. It depends
+/// neither on the number of threads nor on the size of the picture.
+pub(crate) const BATCHES: usize = 128;
 
 /// Metropolis light transport with any mixture of path mutations, in the current rayon pool; `names` has one entry for
 /// each member. What [`render`] does for the mixture of the settings.
@@ -111,12 +114,6 @@ where
     rendering.seconds = start.elapsed().as_secs_f64();
     rendering.threads = rayon::current_num_threads();
     Ok(rendering)
-}
-
-/// Number of parts into which work is cut. It depends on the picture only, never on the number of threads.
-pub(crate) fn batches(width: u32, height: u32) -> usize {
-    let film = width as usize * height as usize * film::BYTES_PER_PIXEL;
-    (FILM_MEMORY / film).clamp(2, MAX_BATCHES)
 }
 
 /// Renders `scene` as `settings` say. The scene must have been built for the settings' camera, size and filter.

@@ -7,22 +7,24 @@ use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
 use ergodic_scattering::Rgb;
-use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
+use crate::bins::CAPACITY;
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
 use crate::counts::{Counts, counted};
-use crate::layers::{self, Layers};
+use crate::layers::{self, LayerSums, Layers};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Unobserved, Until};
-use crate::sampling::sample_image;
+use crate::sampling::{all, sample_image};
 use crate::seeding::Seeds;
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
-use crate::{Budget, Direct, Film, Picture, RenderError, Settings, batches};
+use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
 
 /// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
 const ROUND: u64 = 256;
+// A buffer must take what one chain leaves behind in a round.
+const _: () = assert!((ROUND as usize) < CAPACITY);
 
 /// Greatest shares of a budget of time that seeding and direct light take.
 const SEEDING_SHARE: f64 = 0.25;
@@ -63,8 +65,16 @@ pub struct MltReport {
 /// A part of the chains, always worked on together.
 struct Batch {
     runners: Vec<ChainRunner>,
+    /// The chain to run next in this round; beyond the last when the round is done.
+    next: usize,
     ledger: Ledger,
     counts: Counts,
+}
+
+/// What the chains' buffers are merged into.
+struct Sums {
+    film: Film,
+    layers: Option<LayerSums>,
 }
 
 /// The picture, the report, and what was traced and left out.
@@ -110,7 +120,7 @@ where
 
     let direct_start = Instant::now();
     let mut counts = seeds.counts;
-    let mut picture = Film::new(width, height, filter).develop(0.0);
+    let mut picture = Picture::black(settings.size);
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
         let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
         let sampled = sample_image(
@@ -138,30 +148,30 @@ where
     let space = PathSpace { scene: Arc::clone(scene), lengths };
     let chains = starts.len();
     let mut work = share_out(starts, &space, settings, names);
-    let mutations = run(&mut work, mixture, &space, settings.budget, (settings.size, chains), start, observer);
+    let parts = layers::parts(width as usize * height as usize).min(work.len());
+    let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.size, filter, parts));
+    let mut sums = Sums { film: Film::new(width, height, filter), layers };
+    let mutations =
+        run(&mut work, &mut sums, mixture, &space, settings.budget, (settings.size, chains), start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
 
-    let mut film = Film::new(width, height, filter);
     let mut statistics = new_statistics(names, settings.max_edges);
     let mut faults = Vec::new();
     let steps = if chains > 0 { mutations / chains as u64 } else { 0 };
     for Batch { runners, ledger, .. } in &mut work {
         runners.iter_mut().for_each(|runner| runner.finish(ledger));
     }
+    sums.merge(&mut work);
+    let layers = sums.layers.as_ref().map(|layers| {
+        let chains_of = |part: usize| work.iter().skip(part).step_by(parts).map(|batch| batch.runners.len()).sum();
+        let scale = |chains: usize| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * chains as f64);
+        layers.finish(&(0..layers.parts()).map(|part| scale(chains_of(part))).collect::<Vec<_>>())
+    });
     let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
     let parts: Vec<&[MutationStatistics]> = work.iter().map(|batch| &batch.ledger.mutations[..]).collect();
     let mut mixing = mixing::report(&traces, steps, &parts);
     mixing.warnings.splice(0..0, no_seed);
-    let part_scale =
-        |batch: &Batch| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * batch.runners.len() as f64);
-    let parts: Vec<_> = work
-        .iter()
-        .filter(|_| steps > 0)
-        .filter_map(|batch| batch.ledger.counts.as_ref().map(|counts| (counts, &batch.ledger.film, part_scale(batch))))
-        .collect();
-    let layers = layers::put_together(&parts);
     for batch in &work {
-        film.add(&batch.ledger.film);
         for (sum, more) in statistics.iter_mut().zip(&batch.ledger.mutations) {
             sum.add(more);
         }
@@ -170,7 +180,7 @@ where
     }
     if mutations > 0 {
         // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
-        picture.add(&film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
+        picture.add(&sums.film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
     }
     let report = MltReport {
         b: seeds.b,
@@ -202,12 +212,16 @@ fn new_statistics(names: &[&'static str], max_edges: usize) -> Vec<MutationStati
     names.iter().map(|name| MutationStatistics::new(name, max_edges)).collect()
 }
 
-/// Chain i goes to batch i modulo the number of batches, which depends on the picture only.
+/// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.
 fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &[&'static str]) -> Vec<Batch> {
-    let (width, height) = settings.size;
-    let count = batches(width, height).min(starts.len());
+    let count = BATCHES.min(starts.len());
     let mut work: Vec<Batch> = (0..count)
-        .map(|_| Batch { runners: Vec::new(), ledger: Ledger::new(settings, names), counts: Counts::default() })
+        .map(|_| Batch {
+            runners: Vec::new(),
+            next: 0,
+            ledger: Ledger::new(settings, names),
+            counts: Counts::default(),
+        })
         .collect();
     for (index, path) in starts.into_iter().enumerate() {
         let rng = stream(settings.seed, Purpose::Chain, index as u64);
@@ -216,9 +230,38 @@ fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &
     work
 }
 
+impl Batch {
+    /// Runs chains for `steps` steps each until the round is done or the buffers may be too small for the next one; whether
+    /// the round is done.
+    fn advance<M>(&mut self, steps: u64, mixture: &Mixture<M>, space: &PathSpace) -> bool
+    where
+        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+    {
+        let ((), counts) = counted(|| {
+            while self.next < self.runners.len() && self.ledger.has_room(steps) {
+                self.runners[self.next].run(steps, mixture, space, &mut self.ledger);
+                self.next += 1;
+            }
+        });
+        self.counts += counts;
+        self.next == self.runners.len()
+    }
+}
+
+impl Sums {
+    /// Takes what is in the buffers of all batches.
+    fn merge(&mut self, work: &mut [Batch]) {
+        if let Some(layers) = &mut self.layers {
+            layers.merge(&mut work.iter_mut().map(|batch| &mut batch.ledger).collect::<Vec<_>>());
+        }
+        self.film.merge(&mut work.iter_mut().map(|batch| &mut batch.ledger.splats).collect::<Vec<_>>());
+    }
+}
+
 /// Runs all chains until the budget ends; the number of mutations made.
 fn run<M>(
     work: &mut [Batch],
+    sums: &mut Sums,
     mixture: &Mixture<M>,
     space: &PathSpace,
     budget: Budget,
@@ -241,14 +284,11 @@ where
     let mut steps = 0;
     loop {
         let round = wanted.map_or(ROUND, |wanted| ROUND.min(wanted - steps));
-        work.par_iter_mut().for_each(|batch| {
-            let ((), counts) = counted(|| {
-                for runner in &mut batch.runners {
-                    runner.run(round, mixture, space, &mut batch.ledger);
-                }
-            });
-            batch.counts += counts;
-        });
+        // Every batch stops where its buffers may be too small for another chain, which depends on nothing but its own chains.
+        while !all(work, |batch| batch.advance(round, mixture, space)) {
+            sums.merge(work);
+        }
+        work.iter_mut().for_each(|batch| batch.next = 0);
         steps += round;
         let done = match (wanted, budget) {
             (Some(wanted), _) => steps as f64 / wanted as f64,
@@ -257,6 +297,7 @@ where
         };
         observer.progress(Stage::Rendering, done.min(1.0));
         if done >= 1.0 || observer.should_stop() {
+            sums.merge(work);
             return steps * chains as u64;
         }
     }

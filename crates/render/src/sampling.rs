@@ -12,9 +12,11 @@ use rayon::prelude::*;
 use crate::counts::{Counts, counted};
 use crate::observer::{Observer, Stage};
 use crate::streams::{Purpose, stream};
-use crate::{Budget, Film, batches};
+use crate::{BATCHES, Budget, Film, SplatBuffer};
 
 /// Draws one sample of the picture. The first two numbers drawn choose the image point.
+///
+/// Samples that splat up to `max_edges + 1` times are foreseen in the memory that a render takes; more need more.
 pub trait Estimator: Clone + Send {
     /// Takes one sample; every call of `splat` adds light to the estimate of the mean over the image.
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, splat: impl FnMut(DVec2, Rgb));
@@ -44,7 +46,9 @@ struct Batch<E> {
     first_row: u32,
     estimator: E,
     rng: Pcg64Dxsm,
-    film: Film,
+    /// The pixel to sample next in this pass; below the image when the pass is done.
+    next: (u32, u32),
+    splats: SplatBuffer,
     counts: Counts,
 }
 
@@ -79,22 +83,33 @@ pub fn sample_image<E: Estimator>(
     (stage, observer): (Stage, &dyn Observer),
 ) -> Sampled {
     let start = Instant::now();
-    let count = batches(width, height).min(height as usize);
-    let mut work: Vec<Batch<E>> = (0..count)
+    // Row i goes to batch i modulo their number.
+    let count = BATCHES.min(height as usize);
+    let mut film = Film::new(width, height, filter);
+    let mut work: Vec<Batch<E>> = (0..count as u32)
         .map(|index| Batch {
-            first_row: index as u32,
+            first_row: index,
             estimator: estimator.clone(),
-            rng: stream(seed, purpose, index as u64),
-            film: Film::new(width, height, filter),
+            rng: stream(seed, purpose, u64::from(index)),
+            next: (0, index),
+            splats: SplatBuffer::new(),
             counts: Counts::default(),
         })
         .collect();
+    let merge = |film: &mut Film, work: &mut [Batch<E>]| {
+        film.merge(&mut work.iter_mut().map(|batch| &mut batch.splats).collect::<Vec<_>>());
+    };
     let mut passes = 0;
     loop {
-        work.par_iter_mut().for_each(|batch| {
-            let ((), counts) = counted(|| batch.pass(scene, (width, height), count));
+        // Every batch stops where its buffer is full, which depends on nothing but its own samples.
+        while !all(&mut work, |batch| {
+            let (done, counts) = counted(|| batch.advance(scene, (width, height), count));
             batch.counts += counts;
-        });
+            done
+        }) {
+            merge(&mut film, &mut work);
+        }
+        work.iter_mut().for_each(|batch| batch.next = (0, batch.first_row));
         passes += 1;
         let done = match budget {
             Budget::SamplesPerPixel(samples) => passes as f64 / samples.ceil(),
@@ -105,26 +120,33 @@ pub fn sample_image<E: Estimator>(
             break;
         }
     }
-    let mut film = Film::new(width, height, filter);
+    merge(&mut film, &mut work);
     let mut counts = Counts::default();
-    for batch in &work {
-        film.add(&batch.film);
-        counts += batch.counts;
-    }
+    work.iter().for_each(|batch| counts += batch.counts);
     let samples = passes * u64::from(width) * u64::from(height);
     Sampled { film, passes, samples, counts }
 }
 
+/// Works on all parts in parallel, none left out; whether all say that they are done.
+pub(crate) fn all<T: Send>(work: &mut [T], done: impl Fn(&mut T) -> bool + Sync + Send) -> bool {
+    work.par_iter_mut().map(done).reduce(|| true, |a, b| a && b)
+}
+
 impl<E: Estimator> Batch<E> {
-    fn pass(&mut self, scene: &Scene, (width, height): (u32, u32), step: usize) {
-        for y in (self.first_row..height).step_by(step) {
-            for x in 0..width {
-                let mut cell = |i: u32, n: u32| (f64::from(i) + self.rng.uniform()) / f64::from(n);
-                let chosen = [cell(x, width), cell(y, height)];
-                let mut rng = ImagePointFirst { chosen, given: 0, then: &mut self.rng };
-                let film = &mut self.film;
-                self.estimator.sample(scene, &mut rng, |raster, color| film.splat(raster, color));
+    /// Samples until the pass is done or the buffer is full; whether the pass is done.
+    fn advance(&mut self, scene: &Scene, (width, height): (u32, u32), step: usize) -> bool {
+        while self.next.1 < height {
+            if self.splats.room() == 0 {
+                return false;
             }
+            let (x, y) = self.next;
+            let mut cell = |i: u32, n: u32| (f64::from(i) + self.rng.uniform()) / f64::from(n);
+            let chosen = [cell(x, width), cell(y, height)];
+            let mut rng = ImagePointFirst { chosen, given: 0, then: &mut self.rng };
+            let splats = &mut self.splats;
+            self.estimator.sample(scene, &mut rng, |raster, color| splats.splat(raster, color));
+            self.next = if x + 1 < width { (x + 1, y) } else { (0, y + step as u32) };
         }
+        true
     }
 }

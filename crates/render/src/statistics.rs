@@ -111,6 +111,11 @@ impl MutationStatistics {
         Self { name, by_class: vec![none; CLASSES], longer }
     }
 
+    /// Bytes of the tallies for paths of at most `max_edges` edges.
+    pub(crate) const fn bytes(max_edges: usize) -> usize {
+        (CLASSES + max_edges.saturating_sub(CLASSIFIED_EDGES as usize)) * size_of::<Tally>()
+    }
+
     /// Records a step from a path of `class`.
     #[inline]
     pub fn record(&mut self, class: PathClass, outcome: Outcome, nanoseconds: Option<u64>) {

@@ -2,7 +2,7 @@
 
 use ergodic_metropolis::Fault;
 use ergodic_pathspace::stability::Place;
-use ergodic_render::{Film, FilterSettings, Method, Unobserved, render};
+use ergodic_render::{Film, FilterSettings, Method, SplatBuffer, Unobserved, render};
 use ergodic_scattering::{Filter, Rgb};
 use ergodic_tests::{Estimate, Eye, cuboid, description, diffuse, estimate, nightly, scene_of, view_of};
 use glam::{DVec2, DVec3};
@@ -33,17 +33,28 @@ fn a_billion_splats_on_one_pixel() {
 
 #[test]
 fn small_splats_beside_large_ones_and_parts_of_films_are_not_lost() {
-    let mut parts: Vec<Film> = (0..8).map(|_| Film::new(2, 1, Filter::Box)).collect();
-    for part in &mut parts {
-        part.splat(DVec2::new(0.5, 0.5), Rgb::splat(1e15));
-        for _ in 0..100_000 {
+    let mut parts = vec![SplatBuffer::new(); 8];
+    let mut film = Film::new(2, 1, Filter::Box);
+    let merge = |film: &mut Film, parts: &mut [SplatBuffer]| film.merge(&mut parts.iter_mut().collect::<Vec<_>>());
+    let mut plain = 0.0f64;
+    for i in 0..100_000 {
+        for part in &mut parts {
+            if i == 0 {
+                part.splat(DVec2::new(0.5, 0.5), Rgb::splat(1e15));
+                plain += 1e15;
+            }
             part.splat(DVec2::new(0.5, 0.5), Rgb::splat(1e-3));
+            plain += 1e-3;
+        }
+        if parts.iter().any(|part| part.room() < 2) {
+            merge(&mut film, &mut parts);
         }
     }
-    let mut film = Film::new(2, 1, Filter::Box);
-    parts.iter().for_each(|part| film.add(part));
+    merge(&mut film, &mut parts);
     let found = film.develop(1.0).pixels[0].x;
     assert!((found - 8.0 * (1e15 + 100.0)).abs() <= 1.0, "{found}");
+    // A plain sum loses them.
+    assert!((plain - 8.0 * (1e15 + 100.0)).abs() > 100.0, "{plain}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use cpu_time::ThreadTime;
 use ergodic_metropolis::Mixture;
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::{Lengths, PathSpace, Roulette, Scene};
-use ergodic_render::{ChainRunner, Ledger, Purpose, Seeding, Seeds, Settings, Unobserved, stream};
+use ergodic_render::{ChainRunner, Film, Ledger, Purpose, Seeding, Seeds, Settings, Unobserved, stream};
 
 /// Width and height of the picture.
 const SIZE: u32 = 256;
@@ -32,6 +32,7 @@ pub struct Work {
     mixture: Mixture<AnyMutation>,
     chains: Vec<ChainRunner>,
     ledger: Ledger,
+    film: Film,
 }
 
 impl Work {
@@ -66,10 +67,12 @@ impl Work {
             .map(|(index, path)| ChainRunner::new(index, path, &space, stream(settings.seed, Purpose::Chain, index)));
         let mut chains: Vec<_> = chains.collect();
         let mut ledger = Ledger::new(&settings, &names);
+        let mut film = Film::new(SIZE, SIZE, settings.filter.filter());
         for chain in &mut chains {
+            ledger.make_room(TURN, &mut film);
             chain.run(TURN, &mixture, &space, &mut ledger);
         }
-        Ok(Self { space, mixture, chains, ledger })
+        Ok(Self { space, mixture, chains, ledger, film })
     }
 
     /// The scene.
@@ -81,10 +84,11 @@ impl Work {
     /// The round, which is the same every time: the chains are copied first. `watch` is given what makes the mutations and
     /// nothing else.
     pub fn round<T>(&self, watch: impl FnOnce(&mut dyn FnMut()) -> T) -> T {
-        let (mut chains, mut ledger) = (self.chains.clone(), self.ledger.clone());
+        let (mut chains, mut ledger, mut film) = (self.chains.clone(), self.ledger.clone(), self.film.clone());
         watch(&mut || {
             for _ in 0..TURNS {
                 for chain in &mut chains {
+                    ledger.make_room(TURN, &mut film);
                     chain.run(TURN, &self.mixture, &self.space, &mut ledger);
                 }
             }

@@ -184,25 +184,26 @@ where
     T: Target<State = M::State>,
     M: Mutation,
 {
-    let invalid = |ln: f64| ln.is_nan() || ln == f64::INFINITY;
-    let (ln_fx, ln_fy) = (T::ln_density(value_x), T::ln_density(value_y));
-    if invalid(ln_fx) || invalid(ln_fy) {
+    let (fx, fy) = (T::density(value_x), T::density(value_y));
+    if !fx.is_valid() || !fy.is_valid() {
         return Err(Fault::Target);
     }
-    if ln_fy == f64::NEG_INFINITY {
+    if fy.is_zero() {
         return Ok(0.0);
     }
-    let forward = mutation.ln_density(space, x, y, plan);
-    if !forward.is_finite() {
+    let forward = mutation.density(space, x, y, plan);
+    if !forward.is_valid() || forward.is_zero() {
         return Err(Fault::Forward);
     }
-    let backward = mutation.ln_density(space, y, x, plan);
-    if invalid(backward) {
+    let backward = mutation.density(space, y, x, plan);
+    if !backward.is_valid() {
         return Err(Fault::Backward);
     }
-    if backward == f64::NEG_INFINITY {
+    if backward.is_zero() {
         return Ok(0.0);
     }
-    let ln_ratio = (ln_fy - forward) - (ln_fx - backward);
-    Ok(if ln_ratio >= 0.0 { 1.0 } else { ln_ratio.exp() })
+    if fx.is_zero() {
+        return Ok(1.0);
+    }
+    Ok(fy.times(backward).ratio_to(fx.times(forward)).min(1.0))
 }

@@ -9,13 +9,13 @@ pub mod finite;
 pub mod unit_cube;
 
 mod chain;
-mod ln_product;
+mod density;
 mod mixture;
 mod mutation;
 mod random;
 
 pub use chain::{Chain, Fault, Step, acceptance};
-pub use ln_product::LnProduct;
+pub use density::Density;
 pub use mixture::{Mixture, MixtureError, NotProposed};
 pub use mutation::{Mutation, Target};
 pub use random::{RandomSource, Replay};

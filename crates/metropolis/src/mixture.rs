@@ -4,7 +4,10 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::{Mutation, RandomSource};
+use crate::{Density, Mutation, RandomSource};
+
+/// Members whose weights are kept while one is chosen.
+const KNOWN: usize = 8;
 
 /// Kernels with weights; the probability of a kernel from `x` is its weight times its suitability, normalised.
 ///
@@ -107,18 +110,36 @@ impl<M: Mutation> Mixture<M> {
     }
 
     /// The probability that kernel `index` is chosen from `x`; 0 where nothing is suitable.
+    #[inline]
     pub fn probability(&self, index: usize, space: &M::Space, x: &M::State) -> f64 {
-        let total: f64 = (0..self.members.len()).map(|j| self.weight(j, space, x)).sum();
-        if total > 0.0 { self.weight(index, space, x) / total } else { 0.0 }
+        let (mut total, mut of_index) = (0.0, 0.0);
+        for j in 0..self.members.len() {
+            let weight = self.weight(j, space, x);
+            total += weight;
+            if j == index {
+                of_index = weight;
+            }
+        }
+        if total > 0.0 { of_index / total } else { 0.0 }
     }
 
     /// The kernel chosen from `x` by the number `u` in `[0, 1)`.
+    #[inline]
     fn choose(&self, space: &M::Space, x: &M::State, u: f64) -> Option<usize> {
-        let total: f64 = (0..self.members.len()).map(|j| self.weight(j, space, x)).sum();
+        // Weights are worked out once if there are as few as there usually are.
+        let mut known = [0.0; KNOWN];
+        let mut total = 0.0;
+        for index in 0..self.members.len() {
+            let weight = self.weight(index, space, x);
+            total += weight;
+            if let Some(slot) = known.get_mut(index) {
+                *slot = weight;
+            }
+        }
         let mut remaining = u * total;
         let mut last = None;
         for index in 0..self.members.len() {
-            let weight = self.weight(index, space, x);
+            let weight = known.get(index).copied().unwrap_or_else(|| self.weight(index, space, x));
             if weight > 0.0 {
                 last = Some(index);
                 remaining -= weight;
@@ -158,6 +179,18 @@ impl<M: Mutation> Mutation for Mixture<M> {
             probability.ln() + self.members[index].1.ln_density(space, from, to, plan)
         } else {
             f64::NEG_INFINITY
+        }
+    }
+
+    #[inline]
+    fn density(&self, space: &M::Space, from: &M::State, to: &M::State, (index, plan): Self::Plan) -> Density {
+        let probability = self.probability(index, space, from);
+        if probability > 0.0 {
+            let mut density = self.members[index].1.density(space, from, to, plan);
+            density.multiply(probability);
+            density
+        } else {
+            Density::ZERO
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use crate::RandomSource;
+use crate::{Density, RandomSource};
 
 /// A proposal kernel with an explicit transition density.
 ///
@@ -43,6 +43,13 @@ pub trait Mutation {
 
     /// The natural logarithm of the joint density of `(plan, to)` given `from`; `-inf` where it cannot happen.
     fn ln_density(&self, space: &Self::Space, from: &Self::State, to: &Self::State, plan: Self::Plan) -> f64;
+
+    /// The same density without its logarithm; what a [`Chain`](crate::Chain) asks for. A kernel whose density is a product
+    /// gives it here and has its logarithm in [`Self::ln_density`].
+    #[inline]
+    fn density(&self, space: &Self::Space, from: &Self::State, to: &Self::State, plan: Self::Plan) -> Density {
+        Density::from_ln(self.ln_density(space, from, to, plan))
+    }
 }
 
 /// The unnormalised density that a chain should spend its time by.
@@ -57,4 +64,10 @@ pub trait Target {
 
     /// The natural logarithm of the target density, in the same measure as [`Mutation::ln_density`]; `-inf` for 0.
     fn ln_density(value: &Self::Value) -> f64;
+
+    /// The same density without its logarithm; what a [`Chain`](crate::Chain) asks for.
+    #[inline]
+    fn density(value: &Self::Value) -> Density {
+        Density::from_ln(Self::ln_density(value))
+    }
 }

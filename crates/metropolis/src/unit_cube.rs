@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{LnProduct, Mutation, RandomSource};
+use crate::{Density, Mutation, RandomSource};
 
 /// Draws every coordinate anew, uniformly: Kelemen's large step. It reaches everything, so a mixture that has it is ergodic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -75,7 +75,7 @@ impl Mutation for SmallStep {
     /// Each coordinate has density 1 / (2 d ln(max/min)) at the distance d on the torus.
     fn ln_density(&self, _: &(), from: &Vec<f64>, to: &Vec<f64>, _: ()) -> f64 {
         let ln_ratio = (self.max / self.min).ln();
-        let mut density = LnProduct::one();
+        let mut density = Density::ONE;
         for (from, to) in from.iter().zip(to) {
             let apart = (from - to).abs();
             let size = apart.min(1.0 - apart);

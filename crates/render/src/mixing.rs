@@ -89,7 +89,7 @@ fn mixing(name: &'static str, traces: &[&ChainTrace], of: impl Fn(&ChainTrace) -
     let times: Moments = traces.iter().filter_map(|trace| of(trace).autocorrelation_time()).collect();
     let autocorrelation_time = (times.count() > 0).then(|| times.mean());
     let steps: u64 = traces.iter().map(|trace| of(trace).terms().count()).sum();
-    let parts: Vec<Moments> = traces.iter().map(|trace| *of(trace).terms()).collect();
+    let parts: Vec<Moments> = traces.iter().map(|trace| of(trace).terms()).collect();
     Mixing {
         name,
         autocorrelation_time,

@@ -23,12 +23,41 @@ use super::Moments;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct BatchMeans {
+    /// Of all closed batches.
     terms: Moments,
     means: Vec<f64>,
     most: usize,
     length: u64,
-    open_sum: f64,
-    open_count: u64,
+    open: Open,
+}
+
+/// The batch under way: sums of powers of what its terms differ from a pivot, so that a term costs no division.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Open {
+    count: u64,
+    /// The mean so far where the batch began, which keeps the sums small.
+    pivot: f64,
+    sum: f64,
+    squares: f64,
+}
+
+impl Open {
+    #[inline]
+    fn add(&mut self, value: f64, count: u64) {
+        let difference = value - self.pivot;
+        let sum = difference * count as f64;
+        self.count += count;
+        self.sum += sum;
+        self.squares += difference * sum;
+    }
+
+    fn moments(&self) -> Moments {
+        if self.count == 0 {
+            return Moments::new();
+        }
+        let mean = self.sum / self.count as f64;
+        Moments::of(self.count, self.pivot + mean, (self.squares - mean * self.sum).max(0.0))
+    }
 }
 
 impl BatchMeans {
@@ -38,38 +67,33 @@ impl BatchMeans {
     /// `batches` autocorrelation times long for the bias to be smaller than that.
     pub fn new(batches: usize) -> Self {
         let most = 2 * batches.max(8);
-        Self { terms: Moments::new(), means: Vec::with_capacity(most), most, length: 1, open_sum: 0.0, open_count: 0 }
+        Self { terms: Moments::new(), means: Vec::with_capacity(most), most, length: 1, open: Open::default() }
     }
 
     /// Takes the next term of the chain.
     #[inline]
     pub fn add(&mut self, value: f64) {
-        self.terms.add(value);
-        self.open_sum += value;
-        self.open_count += 1;
-        if self.open_count == self.length {
-            self.close();
-        }
+        self.add_run(value, 1);
     }
 
     /// Takes `count` terms of the same value: what [`Self::add`] would do so often.
     #[inline]
     pub fn add_run(&mut self, value: f64, mut count: u64) {
-        self.terms.add_run(value, count);
         while count > 0 {
-            let part = count.min(self.length - self.open_count);
-            self.open_sum += value * part as f64;
-            self.open_count += part;
+            let part = count.min(self.length - self.open.count);
+            self.open.add(value, part);
             count -= part;
-            if self.open_count == self.length {
+            if self.open.count == self.length {
                 self.close();
             }
         }
     }
 
     fn close(&mut self) {
-        self.means.push(self.open_sum / self.length as f64);
-        (self.open_sum, self.open_count) = (0.0, 0);
+        let batch = self.open.moments();
+        self.terms.merge(&batch);
+        self.means.push(batch.mean());
+        self.open = Open { pivot: self.terms.mean(), ..Open::default() };
         if self.means.len() == self.most {
             for i in 0..self.most / 2 {
                 self.means[i] = 0.5 * (self.means[2 * i] + self.means[2 * i + 1]);
@@ -80,8 +104,10 @@ impl BatchMeans {
     }
 
     /// Count, mean and variance of the single terms. Their standard error is that of *independent* terms.
-    pub fn terms(&self) -> &Moments {
-        &self.terms
+    pub fn terms(&self) -> Moments {
+        let mut terms = self.terms;
+        terms.merge(&self.open.moments());
+        terms
     }
 
     /// The number of terms in a batch now.
@@ -96,17 +122,17 @@ impl BatchMeans {
             return None;
         }
         let means: Moments = self.means.iter().copied().collect();
-        let time = self.length as f64 * means.variance() / self.terms.variance();
+        let time = self.length as f64 * means.variance() / self.terms().variance();
         (time.is_finite() && time > 0.0).then_some(time)
     }
 
     /// The number of independent terms that would know the mean as well.
     pub fn effective_sample_size(&self) -> Option<f64> {
-        self.autocorrelation_time().map(|time| self.terms.count() as f64 / time)
+        self.autocorrelation_time().map(|time| self.terms().count() as f64 / time)
     }
 
     /// The standard error of the mean, with the autocorrelation taken into account.
     pub fn standard_error(&self) -> Option<f64> {
-        self.effective_sample_size().map(|size| (self.terms.variance() / size).sqrt())
+        self.effective_sample_size().map(|size| (self.terms().variance() / size).sqrt())
     }
 }

@@ -20,6 +20,11 @@ impl Moments {
         Self::default()
     }
 
+    /// From what is known of `count` numbers: their mean and the sum of squared differences from it.
+    pub(crate) fn of(count: u64, mean: f64, squares: f64) -> Self {
+        Self { count, mean, squares }
+    }
+
     /// Takes one number.
     #[inline]
     pub fn add(&mut self, value: f64) {

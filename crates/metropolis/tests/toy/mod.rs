@@ -6,7 +6,7 @@
 
 use std::sync::LazyLock;
 
-use ergodic_metropolis::{LnProduct, Mixture, Mutation, RandomSource, Target};
+use ergodic_metropolis::{Density, Mixture, Mutation, RandomSource, Target};
 
 pub type Path = Vec<f64>;
 
@@ -31,7 +31,7 @@ impl Target for Toy {
     type Value = f64;
 
     fn evaluate(&self, x: &Path) -> f64 {
-        let mut product = LnProduct::one();
+        let mut product = Density::ONE;
         x.iter().for_each(|v| product.multiply(0.7 * (1.0 + v)));
         product.ln()
     }

@@ -7,7 +7,7 @@
 use ergodic_laws::{chi_square, faults::Scaled};
 use ergodic_metropolis::{Chain, Mutation, RandomSource, Target};
 use ergodic_mutations::Splice;
-use ergodic_pathspace::{BidirectionalSampler, Lengths, LuminanceTarget, Path, PathSpace, Roulette, raster};
+use ergodic_pathspace::{BidirectionalSampler, Lengths, LuminanceTarget, Path, PathSpace, Roulette};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::luminance;
 use ergodic_tests::{Eye, cuboid, diffuse, nightly, scene_of};
@@ -76,9 +76,9 @@ impl<'a> Exact<'a> {
     }
 }
 
-fn quantities(space: &PathSpace, x: &Path) -> [f64; QUANTITIES] {
-    let at = raster(&space.scene, x).expect("paths of the space meet the image");
-    let brightness = LuminanceTarget::ln_density(&LuminanceTarget { scene: &space.scene }.evaluate(x));
+fn quantities(x: &Path) -> [f64; QUANTITIES] {
+    let at = x.raster.expect("paths of the space meet the image");
+    let brightness = LuminanceTarget::ln_density(&LuminanceTarget.evaluate(x));
     [at.x, x.length() as f64, brightness, x.vertices[0].position.z]
 }
 
@@ -87,13 +87,13 @@ fn ranks<M>(space: &PathSpace, kernel: &M, runs: usize, seed: u64) -> [f64; QUAN
 where
     M: Mutation<Space = PathSpace, State = Path>,
 {
-    let target = LuminanceTarget { scene: &space.scene };
+    let target = LuminanceTarget;
     let mut exact = Exact::new(space);
     let mut rng = stream(seed, Purpose::Chain, 21);
     let mut counts = [[0u64; LENGTH]; QUANTITIES];
     for _ in 0..runs {
         let start = exact.draw(&mut rng);
-        let here = quantities(space, &start);
+        let here = quantities(&start);
         let place = rng.below(LENGTH);
         let mut less = [0usize; QUANTITIES];
         let mut equal = [0usize; QUANTITIES];
@@ -101,7 +101,7 @@ where
             let mut chain = Chain::new(start.clone(), &target);
             for _ in 0..steps {
                 chain.step(&target, kernel, space, &mut rng);
-                for (i, value) in quantities(space, chain.current().0).into_iter().enumerate() {
+                for (i, value) in quantities(chain.current().0).into_iter().enumerate() {
                     less[i] += usize::from(value < here[i]);
                     equal[i] += usize::from(value == here[i]);
                 }

@@ -8,7 +8,7 @@ use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Flow, FlowVerdict, Invariance};
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
 use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
-use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution, raster};
+use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
 use ergodic_tests::{PathSource, nightly, space};
@@ -27,8 +27,8 @@ pub(crate) fn mixture(members: Vec<AnyMutation>) -> Mixture<AnyMutation> {
 }
 
 /// ln C of a path from its points alone.
-fn ln_target(space: &PathSpace, x: &Path) -> f64 {
-    let target = LuminanceTarget { scene: &space.scene };
+fn ln_target(x: &Path) -> f64 {
+    let target = LuminanceTarget;
     LuminanceTarget::ln_density(&target.evaluate(x))
 }
 
@@ -37,7 +37,7 @@ fn the_way_back_has_support_and_balance_is_detailed() {
     for name in SCENES {
         let space = space(name, SIZE, LENGTHS);
         for mutation in members() {
-            let (mut tried, mut one_way, mut suitable) = (0u32, 0u32, 0u32);
+            let (mut tried, mut one_way, mut suitable, mut stale_is_seen) = (0u32, 0u32, 0u32, 0u32);
             let mut source = PathSource::new(&space);
             let mut rng = stream(17, Purpose::Chain, 1);
             let (mut x, mut y) = (Path::default(), Path::default());
@@ -47,7 +47,7 @@ fn the_way_back_has_support_and_balance_is_detailed() {
                 }
                 suitable += 1;
                 let Ok(plan) = mutation.propose(&space, &x, &mut y, &mut rng) else { continue };
-                let ln_fy = ln_target(&space, &y);
+                let ln_fy = ln_target(&y);
                 if ln_fy == f64::NEG_INFINITY {
                     continue;
                 }
@@ -58,27 +58,31 @@ fn the_way_back_has_support_and_balance_is_detailed() {
                 assert!(!backward.is_nan() && backward < f64::INFINITY, "{name} {}: {backward}", mutation.name());
                 assert!(mutation.suitability(&space, &y) > 0.0 || backward == f64::NEG_INFINITY);
                 one_way += u32::from(backward == f64::NEG_INFINITY);
-                // The candidate's cached edges are those of its points, and the film sees it.
+                // What the candidate has cached is what follows from its points, and the film sees it.
                 let mut again = y.clone();
-                again.recompute_edges(&space.scene);
+                again.derive(&space.scene);
                 assert_eq!(again.edges, y.edges, "{name} {}", mutation.name());
-                assert!(raster(&space.scene, &y).is_some());
+                assert_eq!(again.scattering, y.scattering, "{name} {}", mutation.name());
+                assert!(y.raster.is_some() && again.raster == y.raster);
+                // What was kept of x where it no longer holds would be seen.
+                stale_is_seen += u32::from(again.scattering != x.scattering && again.edges != x.edges);
                 if backward == f64::NEG_INFINITY {
                     continue;
                 }
                 // K(x, y) C(x) == K(y, x) C(y), the acceptance computed once from either side.
-                let ln_fx = ln_target(&space, &x);
+                let ln_fx = ln_target(&x);
                 let ratio = (ln_fy - forward) - (ln_fx - backward);
                 let flow_there = ln_fx + forward + ratio.min(0.0);
-                let ratio_back = (ln_target(&space, &x) - mutation.ln_density(&space, &y, &x, plan))
-                    - (ln_target(&space, &again) - mutation.ln_density(&space, &x, &again, plan));
-                let flow_back = ln_target(&space, &again) + backward + ratio_back.min(0.0);
+                let ratio_back = (ln_target(&x) - mutation.ln_density(&space, &y, &x, plan))
+                    - (ln_target(&again) - mutation.ln_density(&space, &x, &again, plan));
+                let flow_back = ln_target(&again) + backward + ratio_back.min(0.0);
                 assert!(
                     (flow_there - flow_back).abs() <= 1e-9 * flow_there.abs().max(1.0),
                     "{name} {}: {flow_there} {flow_back}",
                     mutation.name()
                 );
             }
+            assert!(stale_is_seen > tried / 2, "{name} {}: {stale_is_seen} of {tried}", mutation.name());
             println!("{name} {}: {suitable} suitable, {tried} tried, {one_way} without a way back", mutation.name());
             // Only the caustic perturbation has ranges that depend on the path, so only it may lose the way back.
             let allowed = if matches!(mutation, AnyMutation::Caustic(_)) { tried / 5 } else { 0 };
@@ -90,17 +94,17 @@ fn the_way_back_has_support_and_balance_is_detailed() {
 /// Test functions of a path: image cells, length, brightness, places along the path, which light, which component.
 const FUNCTIONS: usize = 32;
 
-fn functions(space: &PathSpace, x: &Path, out: &mut [f64; FUNCTIONS]) {
+fn functions(x: &Path, out: &mut [f64; FUNCTIONS]) {
     out.fill(0.0);
     let k = x.length();
     let (width, height) = (f64::from(SIZE.0), f64::from(SIZE.1));
-    let r = raster(&space.scene, x).expect("paths of the space meet the image");
+    let r = x.raster.expect("paths of the space meet the image");
     let cell = |v: f64, n: f64| ((v / n * 4.0) as usize).min(3);
     out[cell(r.y, height) * 4 + cell(r.x, width)] = 1.0;
     if k <= 6 {
         out[15 + k] = 1.0;
     }
-    out[22] = contribution(&space.scene, x).ln_luminance().clamp(-30.0, 30.0);
+    out[22] = contribution(x).ln_luminance().clamp(-30.0, 30.0);
     let first = if x.vertices[0].is_surface() { x.vertices[0].position } else { DVec3::ZERO };
     out[23] = first.x;
     out[24] = x.vertices[1.min(k - 1)].position.y;
@@ -131,10 +135,10 @@ where
     let mut rng = stream(seed, Purpose::Chain, 2);
     let mut x = Path::default();
     let (mut hx, mut hy) = ([0.0; FUNCTIONS], [0.0; FUNCTIONS]);
-    let target = LuminanceTarget { scene: &space.scene };
+    let target = LuminanceTarget;
     for _ in 0..samples {
         let Some(weight) = source.draw(&mut x, &mut rng) else { continue };
-        functions(space, &x, &mut hx);
+        functions(&x, &mut hx);
         for (kernel, (law, flow)) in kernels.iter().zip(&mut laws) {
             if kernel.suitability(space, &x) == 0.0 {
                 law.record_stay();
@@ -148,7 +152,7 @@ where
                 Step::Tried { acceptance: 0.0, .. } => law.record_stay(),
                 Step::Tried { acceptance, accepted, .. } => {
                     let y = if accepted { chain.current().0 } else { chain.other().0 };
-                    functions(space, y, &mut hy);
+                    functions(y, &mut hy);
                     law.record(weight, acceptance, &hx, &hy);
                     flow.record(weight * acceptance, cell(&x, &hx), cell(y, &hy));
                 }
@@ -419,9 +423,9 @@ fn every_path_can_be_moved() {
             multi_chain += usize::from(AnyMutation::MultiChain(MultiChain::default()).suitability(&space, &x) > 0.0);
             let moved = (0..100_000).any(|_| {
                 bidirectional.propose(&space, &x, &mut y, &mut rng).is_ok_and(|plan| {
-                    ln_target(&space, &y) > f64::NEG_INFINITY
+                    ln_target(&y) > f64::NEG_INFINITY
                         && bidirectional.ln_density(&space, &y, &x, plan) > f64::NEG_INFINITY
-                        && luminance(contribution(&space.scene, &y).rgb) > 0.0
+                        && luminance(contribution(&y).rgb) > 0.0
                 })
             });
             assert!(moved, "{name}: stuck at {}", x.class());

@@ -6,7 +6,7 @@ use ergodic_geometry::Mesh;
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{
     BidirectionalSampler, CameraDescription, Lengths, Path, PathSpace, Placement, Roulette, SceneDescription,
-    contribution, density::ln_strategy_densities, raster,
+    contribution, density::ln_strategy_densities,
 };
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Material, Rgb, luminance};
@@ -38,12 +38,12 @@ pub(crate) fn check_connections(space: &PathSpace, roulette: Roulette, seed: u64
             };
             let ln_p: Vec<f64> =
                 ln_strategy_densities(scene, &path).iter().enumerate().map(|(s, p)| p + survive(s)).collect();
-            let f = contribution(scene, &path);
+            let f = contribution(&path);
             let expected = (f.ln_luminance() - ln_p[c.s]).exp();
             worst_estimate = worst_estimate.max(relative(luminance(c.estimate), expected));
             let sum: f64 = ln_p.iter().map(|p| (2.0 * (p - ln_p[c.s])).exp()).sum();
             worst_weight = worst_weight.max((c.weight - 1.0 / sum).abs());
-            assert_eq!(raster(scene, &path).map(|r| r.distance(c.raster) < 1e-6), Some(true));
+            assert_eq!(path.raster.map(|r| r.distance(c.raster) < 1e-6), Some(true));
             checked += 1;
         });
     }
@@ -77,11 +77,12 @@ fn paths_are_unoccluded_and_their_edges_can_be_dropped() {
                 continue;
             }
             blocked += usize::from(!path.is_unoccluded(&space.scene));
-            let kept = path.edges.clone();
-            let before = contribution(&space.scene, &path);
-            path.recompute_edges(&space.scene);
-            assert_eq!(kept, path.edges);
-            assert_eq!(before, contribution(&space.scene, &path));
+            let kept = path.clone();
+            let before = contribution(&path);
+            path.derive(&space.scene);
+            assert_eq!(kept.edges, path.edges);
+            assert_eq!((kept.scattering, kept.raster), (path.scattering.clone(), path.raster));
+            assert_eq!(before, contribution(&path));
         }
         // Tracing and connecting may disagree where an edge grazes an edge of a mesh, which is rare.
         assert!(blocked <= 2, "{name}: {blocked} paths have a blocked edge");

@@ -69,7 +69,10 @@ fn batches_grow_and_stay_few() {
     }
     assert!(means.batch_length() >= 100_000 / 32);
     let direct: Moments = series.iter().copied().collect();
-    assert_eq!(*means.terms(), direct);
+    let terms = means.terms();
+    assert_eq!(terms.count(), direct.count());
+    assert!((terms.mean() - direct.mean()).abs() < 1e-12);
+    assert!((terms.variance() / direct.variance() - 1.0).abs() < 1e-12);
 }
 
 #[test]

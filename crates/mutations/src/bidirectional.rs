@@ -4,9 +4,9 @@
 //! With l the last kept vertex on the light's side (-1 if none) and m the first kept on the eye's, `prefix` = l + 1 and
 //! `suffix` = k + 1 - m. The pinhole is always kept: sampling it again would give the same point.
 
-use ergodic_metropolis::{Mutation, RandomSource};
-use ergodic_pathspace::{Edge, Path, PathSpace, Scene, density};
-use ergodic_scattering::Component;
+use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_pathspace::{Path, PathSpace, Scene, density};
+use ergodic_scattering::{Component, Rgb};
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, trace};
@@ -164,7 +164,7 @@ impl Bidirectional {
                 before.component = component;
                 trace(scene, &y.vertices[i - 1], w)?
             };
-            y.edges[i - 1] = Edge::new(scene, &y.vertices[i - 1], &y.vertices[i]);
+            y.derive_edges(scene, i - 1, i);
         }
         Ok(())
     }
@@ -191,7 +191,7 @@ impl Bidirectional {
                 w
             };
             y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
-            y.edges[i] = Edge::new(scene, &y.vertices[i], &y.vertices[i + 1]);
+            y.derive_edges(scene, i, i + 1);
         }
         Ok(())
     }
@@ -244,15 +244,20 @@ impl Mutation for Bidirectional {
             return Err(Rejection::NotConnectable);
         }
         let suffix = k + 1 - first_kept;
+        let new_end = prefix + inserted - 1;
 
         y.clear();
         y.vertices.extend_from_slice(&x.vertices[..prefix]);
         y.edges.extend_from_slice(&x.edges[..prefix.saturating_sub(1)]);
+        y.scattering.extend_from_slice(&x.scattering[..prefix]);
         // Room for the new vertices and edges; what is copied here is overwritten below.
         y.vertices.resize(prefix + inserted - 1, x.vertices[k]);
         y.edges.resize(prefix + inserted - 1, x.edges[0]);
+        y.scattering.resize(prefix + inserted - 1, Rgb::ZERO);
         y.vertices.extend_from_slice(&x.vertices[first_kept..]);
         y.edges.extend_from_slice(&x.edges[first_kept..]);
+        y.scattering.extend_from_slice(&x.scattering[first_kept..]);
+        y.raster = x.raster;
 
         Self::walk_from_light(space, y, prefix, s, rng)?;
         if t > 0 {
@@ -260,26 +265,30 @@ impl Mutation for Bidirectional {
         }
         if prefix + s == 0 {
             // Nothing from the light's side: the walk from the eye must have landed on a light.
-            if scene.emitted(&y.vertices[0], y.edges[0].direction).max_element() <= 0.0 {
+            y.vertices[0].component = Component::Rough;
+            y.derive_scattering(scene, 0, new_end.min(y.length()));
+            if y.scattering[0].max_element() <= 0.0 {
                 return Err(Rejection::NoEmitter);
             }
-            y.vertices[0].component = Component::Rough;
         } else {
             let end = prefix + s - 1;
             Self::make_connectable(y, end)?;
             Self::make_connectable(y, end + 1)?;
-            if end + 1 == y.length() {
-                let edge = Edge::new(scene, &y.vertices[end], &y.vertices[end + 1]);
-                if scene.camera().raster(-edge.direction).is_none() {
-                    return Err(Rejection::OffFilm);
-                }
-            }
             connect(scene, y, end)?;
+            // The vertices next to new ones scatter in other directions than before.
+            if let Some(last) = end.checked_sub(1) {
+                y.derive_scattering(scene, prefix.saturating_sub(1), last);
+            }
+            y.derive_scattering(scene, end + 2, new_end.min(y.length()));
         }
         Ok(Splice { prefix, suffix })
     }
 
     fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        self.density(space, from, to, plan).ln()
+    }
+
+    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
         let scene = &*space.scene;
         let Splice { prefix, suffix } = plan;
         let new_end = to.vertices.len() - suffix;
@@ -290,22 +299,23 @@ impl Mutation for Bidirectional {
             * choices.insertion_probability(space, prefix, deleted, inserted)
             / inserted as f64;
         if discrete <= 0.0 {
-            return f64::NEG_INFINITY;
+            return Density::ZERO;
         }
-        let ln_sum = Self::ln_sum_over_splits(scene, to, prefix, new_end);
-        discrete.ln() + ln_sum
+        let mut density = Self::sum_over_splits(scene, to, prefix, new_end);
+        density.multiply(discrete);
+        density
     }
 }
 
 impl Bidirectional {
-    /// ln of the sum over all splits of the new vertices `prefix .. new_end` into some from the light and the rest from
+    /// The sum over all splits of the new vertices `prefix .. new_end` into some from the light and the rest from
     /// the eye, each of which could have made them.
     ///
     /// With l and e the densities from either side, sum = Σ_s Π_{i<s} l_i Π_{i>=s} e_i over the splits that exist, in one
     /// pass from the light: multiplying what is there by e_i, then adding the split after i.
-    fn ln_sum_over_splits(scene: &Scene, path: &Path, prefix: usize, new_end: usize) -> f64 {
+    fn sum_over_splits(scene: &Scene, path: &Path, prefix: usize, new_end: usize) -> Density {
         let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
-        let mut ln_scale = 0.0;
+        let mut power = 0;
         let mut from_light = 1.0;
         let mut sum = if density::strategy_exists(vertices, prefix) { 1.0 } else { 0.0 };
         for i in prefix..new_end {
@@ -318,11 +328,13 @@ impl Bidirectional {
             }
             let size = from_light.max(sum);
             if !(1.0 / RENORMALISE..=RENORMALISE).contains(&size) && size > 0.0 && size.is_finite() {
-                from_light /= size;
-                sum /= size;
-                ln_scale += size.ln();
+                // A power of two, so that nothing is rounded.
+                let by = size.log2().floor().clamp(-1000.0, 1000.0);
+                from_light *= (-by).exp2();
+                sum *= (-by).exp2();
+                power += by as i64;
             }
         }
-        sum.ln() + ln_scale
+        Density::new(sum).scaled(power)
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! For suffixes `(L|D) S* D E`, written from the light.
 
-use ergodic_metropolis::{LnProduct, Mutation, RandomSource};
-use ergodic_pathspace::{Edge, Kind, Path, PathSpace};
+use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_pathspace::{Kind, Path, PathSpace};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
@@ -88,7 +88,7 @@ impl Mutation for Caustic {
         copy_path(x, y);
         for i in start + 1..k {
             y.vertices[i] = trace(scene, &y.vertices[i - 1], w)?;
-            y.edges[i - 1] = Edge::new(scene, &y.vertices[i - 1], &y.vertices[i]);
+            y.derive_edges(scene, i - 1, i);
             if i == start + 1 && !range.allows_turn(x.edges[start].direction, y.edges[start].direction) {
                 return Err(Rejection::OutOfRange);
             }
@@ -100,23 +100,26 @@ impl Mutation for Caustic {
         if !y.vertices[k - 1].interaction.has_rough() {
             return Err(Rejection::NotConnectable);
         }
-        let to_eye = Edge::new(scene, &y.vertices[k - 1], &y.vertices[k]);
-        if scene.camera().raster(-to_eye.direction).is_none() {
-            return Err(Rejection::OffFilm);
-        }
         connect(scene, y, k - 1)?;
+        if start + 2 <= k {
+            y.derive_scattering(scene, start, k - 2);
+        }
         Ok(Splice { prefix: start + 1, suffix: 1 })
     }
 
     fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        self.density(space, from, to, plan).ln()
+    }
+
+    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
         let k = from.length();
         let Some(start) = Self::start(from).filter(|start| start + 1 == plan.prefix) else {
-            return f64::NEG_INFINITY;
+            return Density::ZERO;
         };
         if to.length() != k || (start + 1..k).any(|i| from.vertices[i].component != to.vertices[i].component) {
-            return f64::NEG_INFINITY;
+            return Density::ZERO;
         }
-        let mut density = LnProduct::one();
+        let mut density = Density::ONE;
         let range = self.range(space, from, start);
         density.multiply(range.pdf_solid_angle(from.edges[start].direction, to.edges[start].direction));
         for i in start + 1..k {
@@ -125,6 +128,6 @@ impl Mutation for Caustic {
                 density.multiply(dirac_factor(&to.vertices[i], to.edges[i].direction));
             }
         }
-        density.ln()
+        density
     }
 }

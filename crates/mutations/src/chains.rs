@@ -1,6 +1,6 @@
 //! Dirac chains: runs of specular vertices that a perturbation carries through with the same components.
 
-use ergodic_pathspace::{Edge, Path, Scene, Vertex};
+use ergodic_pathspace::{Path, Scene, Vertex};
 use ergodic_scattering::Component;
 use glam::DVec3;
 
@@ -27,14 +27,23 @@ pub(crate) fn dirac_factor(vertex: &Vertex, w_to: DVec3) -> f64 {
     if vertex.component == Component::Rough { 1.0 } else { vertex.interaction.dirac_density(w_to, vertex.component) }
 }
 
-/// Finishes a candidate whose edge `i` connects two vertices given: both must be able to, and see each other.
+/// Finishes a candidate whose edge `i` connects two vertices given, the cheapest question first: the edge must meet the film, if it
+/// is the last, both its ends must pass light on, and they must see each other.
+///
+/// The other edges at both vertices must be there. Derives the edge and the scattering at its ends.
 #[inline]
 pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejection> {
-    let (light_side, eye_side) = (&y.vertices[i], &y.vertices[i + 1]);
-    if !scene.mutually_visible(light_side, eye_side) {
+    y.derive_edges(scene, i, i + 1);
+    y.derive_scattering(scene, i, i + 1);
+    if i + 1 == y.length() && y.raster.is_none() {
+        return Err(Rejection::OffFilm);
+    }
+    if (y.scattering[i] * y.scattering[i + 1]).max_element() <= 0.0 {
+        return Err(Rejection::Dark);
+    }
+    if !scene.mutually_visible(&y.vertices[i], &y.vertices[i + 1]) {
         return Err(Rejection::Occluded);
     }
-    y.edges[i] = Edge::new(scene, light_side, eye_side);
     Ok(())
 }
 
@@ -43,4 +52,6 @@ pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejec
 pub(crate) fn copy_path(x: &Path, y: &mut Path) {
     y.vertices.clone_from(&x.vertices);
     y.edges.clone_from(&x.edges);
+    y.scattering.clone_from(&x.scattering);
+    y.raster = x.raster;
 }

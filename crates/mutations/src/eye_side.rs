@@ -1,8 +1,8 @@
 //! Perturbations that start at the eye: the image point moves, and the path is traced again through its Dirac chains up to
 //! a vertex that is connected to the rest, or that lands on the light. Lens and multi-chain perturbation are both this.
 
-use ergodic_metropolis::{LnProduct, RandomSource};
-use ergodic_pathspace::{Edge, Path, PathSpace, raster};
+use ergodic_metropolis::{Density, RandomSource};
+use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
 
 use crate::chains::{connect, copy_path, dirac_factor, follow, trace};
@@ -31,7 +31,7 @@ impl EyeSide {
         let scene = &*space.scene;
         let camera = scene.camera();
         let k = x.length();
-        let image_point = raster(scene, x).ok_or(Rejection::OffFilm)? + self.image.displace(rng);
+        let image_point = x.raster.ok_or(Rejection::OffFilm)? + self.image.displace(rng);
         let mut w = camera.direction(image_point);
         if camera.raster(w).is_none() {
             return Err(Rejection::OffFilm);
@@ -39,7 +39,7 @@ impl EyeSide {
         copy_path(x, y);
         for i in (start..k).rev() {
             y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
-            y.edges[i] = Edge::new(scene, &y.vertices[i], &y.vertices[i + 1]);
+            y.derive_edges(scene, i, i + 1);
             if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
                 let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
                 if !turn.allows_turn(-x.edges[i].direction, -y.edges[i].direction) {
@@ -62,8 +62,8 @@ impl EyeSide {
             }
         }
         if start == 0 {
-            let light = &y.vertices[0];
-            if scene.emitted(light, y.edges[0].direction).max_element() <= 0.0 {
+            y.derive_scattering(scene, 0, k);
+            if y.scattering[0].max_element() <= 0.0 {
                 return Err(Rejection::NoEmitter);
             }
         } else {
@@ -71,24 +71,25 @@ impl EyeSide {
                 return Err(Rejection::NotConnectable);
             }
             connect(scene, y, start - 1)?;
+            y.derive_scattering(scene, start + 1, k);
         }
         Ok(Splice { prefix: start, suffix: 1 })
     }
 
-    /// ln T: the density of the image point per image area, of each turned direction per solid angle, all carried to the
+    /// T: the density of the image point per image area, of each turned direction per solid angle, all carried to the
     /// area measure of the new vertices. Dirac components are kept, not chosen, so no selection probability enters.
-    pub(crate) fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, start: usize) -> f64 {
-        let scene = &*space.scene;
+    pub(crate) fn density(&self, space: &PathSpace, from: &Path, to: &Path, start: usize) -> Density {
         let k = from.length();
         if to.length() != k || (start + 1..k).any(|i| from.vertices[i].component != to.vertices[i].component) {
-            return f64::NEG_INFINITY;
+            return Density::ZERO;
         }
-        let (Some(raster_from), Some(raster_to)) = (raster(scene, from), raster(scene, to)) else {
-            return f64::NEG_INFINITY;
+        let (Some(raster_from), Some(raster_to)) = (from.raster, to.raster) else {
+            return Density::ZERO;
         };
-        let mut density = LnProduct::one();
+        let mut density = Density::ONE;
         density.multiply(self.image.pdf_area(raster_to - raster_from));
-        density.multiply(scene.camera().raster_per_solid_angle(-to.edges[k - 1].direction));
+        // Raster area per solid angle: the responsivity is that over the image's area (see Camera).
+        density.multiply(to.scattering[k].x * space.scene.camera().image_area_pixels());
         for i in (start..k).rev() {
             density.multiply(to.edges[i].to_light_side);
             if i > start {
@@ -97,13 +98,13 @@ impl EyeSide {
                 if vertex.component == Component::Rough {
                     match &self.turn {
                         Some(turn) => density.multiply(turn.pdf_solid_angle(-from.edges[i - 1].direction, w_to)),
-                        None => return f64::NEG_INFINITY,
+                        None => return Density::ZERO,
                     }
                 } else {
                     density.multiply(dirac_factor(vertex, w_to));
                 }
             }
         }
-        density.ln()
+        density
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! For suffixes `(L|D) D S* E`, written from the light, and for whole paths `L S* E` whose chain ends on the light.
 
-use ergodic_metropolis::{Mutation, RandomSource};
+use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
@@ -70,10 +70,14 @@ impl Mutation for Lens {
     }
 
     fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        self.density(space, from, to, plan).ln()
+    }
+
+    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
         if Self::start(from) == Some(plan.prefix) {
-            self.eye_side(space).ln_density(space, from, to, plan.prefix)
+            self.eye_side(space).density(space, from, to, plan.prefix)
         } else {
-            f64::NEG_INFINITY
+            Density::ZERO
         }
     }
 }

@@ -19,7 +19,7 @@ pub use multi_chain::MultiChain;
 pub use splice::{Rejection, Splice};
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_metropolis::{Mutation, RandomSource};
+use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use serde::{Deserialize, Serialize};
 
@@ -109,8 +109,13 @@ macro_rules! registry {
 
             #[inline]
             fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+                self.density(space, from, to, plan).ln()
+            }
+
+            #[inline]
+            fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
                 let _phase = phase::enter(Phase::Density);
-                match self { $(Self::$variant(m) => m.ln_density(space, from, to, plan)),+ }
+                match self { $(Self::$variant(m) => m.density(space, from, to, plan)),+ }
             }
         }
     };

@@ -4,7 +4,7 @@
 //! moves, and at every rough vertex that is followed by another Dirac chain the direction is turned by a small angle, until
 //! two connectable neighbours come in a row; or the last chain lands on the light itself.
 
-use ergodic_metropolis::{Mutation, RandomSource};
+use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
@@ -97,10 +97,14 @@ impl Mutation for MultiChain {
     }
 
     fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
+        self.density(space, from, to, plan).ln()
+    }
+
+    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
         if Self::start(from) == Some(plan.prefix) {
-            self.eye_side(space).ln_density(space, from, to, plan.prefix)
+            self.eye_side(space).density(space, from, to, plan.prefix)
         } else {
-            f64::NEG_INFINITY
+            Density::ZERO
         }
     }
 }

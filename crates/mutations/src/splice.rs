@@ -26,6 +26,8 @@ pub enum Rejection {
     NoEmitter,
     /// The surface scatters nothing in the direction drawn.
     Absorbed,
+    /// The connecting edge would carry nothing: one of its ends faces away from the other, or scatters nothing towards it.
+    Dark,
     /// No length that could be inserted is allowed.
     NoLength,
     /// The turn, measured between the vertices, lies just outside the range it was drawn from: rays leave surfaces a little
@@ -35,7 +37,7 @@ pub enum Rejection {
 
 impl Rejection {
     /// All reasons, in the order in which tables show them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Escaped,
         Self::OffFilm,
         Self::WrongComponent,
@@ -43,6 +45,7 @@ impl Rejection {
         Self::NotConnectable,
         Self::NoEmitter,
         Self::Absorbed,
+        Self::Dark,
         Self::NoLength,
         Self::OutOfRange,
     ];
@@ -57,6 +60,7 @@ impl Rejection {
             Self::NotConnectable => "not_connectable",
             Self::NoEmitter => "no_emitter",
             Self::Absorbed => "absorbed",
+            Self::Dark => "dark",
             Self::NoLength => "no_length",
             Self::OutOfRange => "out_of_range",
         }

@@ -181,7 +181,7 @@ impl BidirectionalSampler {
                 vertex.component = Component::Rough;
             }
         }
-        path.recompute_edges(scene);
+        path.derive(scene);
     }
 }
 

@@ -19,7 +19,7 @@ mod subpath;
 mod vertex;
 
 pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
-pub use contribution::{Contribution, contribution, raster};
+pub use contribution::{Contribution, contribution};
 pub use description::{CameraDescription, Placement, SceneDescription};
 pub use edge::Edge;
 pub use error::SceneError;

@@ -2,26 +2,37 @@
 
 use std::fmt;
 
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Rgb};
+use glam::DVec2;
 
 use crate::{Edge, Scene, Vertex};
 
 /// A path x₀ x₁ … x_k: x₀ lies on a light, x_k on the camera's aperture, and neighbours see each other.
 ///
-/// `edges[i]` lies between vertices i and i + 1. Edges are derived from the vertices and cached; [`Path::recompute_edges`]
-/// gives the same bits.
+/// `edges[i]` lies between vertices i and i + 1. Edges, scattering and raster are derived from the vertices and cached;
+/// [`Path::derive`] gives the same bits, as do [`Path::derive_edges`] and [`Path::derive_scattering`] for parts.
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     /// Vertices from the light to the eye.
     pub vertices: Vec<Vertex>,
     /// The k edges between them.
     pub edges: Vec<Edge>,
+    /// What each vertex turns the light from its light side into towards its eye side, the factors of f beside those of the edges: L_e
+    /// at vertex 0, f_s at inner ones, the responsivity W_e at the camera.
+    pub scattering: Vec<Rgb>,
+    /// Where the last edge meets the image, if that lies in the camera's domain.
+    pub raster: Option<DVec2>,
 }
 
 impl Path {
     /// A path with room for `edges` edges, so that it need not grow.
     pub fn with_capacity(edges: usize) -> Self {
-        Self { vertices: Vec::with_capacity(edges + 1), edges: Vec::with_capacity(edges) }
+        Self {
+            vertices: Vec::with_capacity(edges + 1),
+            edges: Vec::with_capacity(edges),
+            scattering: Vec::with_capacity(edges + 1),
+            raster: None,
+        }
     }
 
     /// k, the number of edges.
@@ -30,23 +41,47 @@ impl Path {
         self.vertices.len() - 1
     }
 
-    /// Empties both lists.
+    /// Empties all lists.
     pub fn clear(&mut self) {
         self.vertices.clear();
         self.edges.clear();
+        self.scattering.clear();
+        self.raster = None;
     }
 
-    /// Derives all edges from the vertices.
-    pub fn recompute_edges(&mut self, scene: &Scene) {
+    /// Derives everything from the vertices.
+    pub fn derive(&mut self, scene: &Scene) {
         self.edges.clear();
         self.edges.extend(self.vertices.windows(2).map(|pair| Edge::new(scene, &pair[0], &pair[1])));
+        self.scattering.clear();
+        self.scattering.resize(self.vertices.len(), Rgb::ZERO);
+        self.derive_scattering(scene, 0, self.length());
     }
 
-    /// Derives the edges `from..to` from the vertices; the others must be up to date.
+    /// Derives the edges `from..to` from the vertices.
     #[inline]
-    pub fn recompute_edges_between(&mut self, scene: &Scene, from: usize, to: usize) {
+    pub fn derive_edges(&mut self, scene: &Scene, from: usize, to: usize) {
         for i in from..to {
             self.edges[i] = Edge::new(scene, &self.vertices[i], &self.vertices[i + 1]);
+        }
+    }
+
+    /// Derives the scattering of the vertices `first ..= last`, and the raster point if the camera is among them. The edges at both
+    /// sides of each must be there.
+    #[inline]
+    pub fn derive_scattering(&mut self, scene: &Scene, first: usize, last: usize) {
+        let k = self.length();
+        for i in first..=last {
+            self.scattering[i] = if i == 0 {
+                scene.emitted(&self.vertices[0], self.edges[0].direction)
+            } else if i < k {
+                let vertex = &self.vertices[i];
+                vertex.interaction.eval(-self.edges[i - 1].direction, self.edges[i].direction, vertex.component)
+            } else {
+                let seen = scene.camera().seen(-self.edges[k - 1].direction);
+                self.raster = seen.map(|(raster, _)| raster);
+                Rgb::splat(seen.map_or(0.0, |(_, responsivity)| responsivity))
+            };
         }
     }
 

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use ergodic_metropolis::Target;
+use ergodic_metropolis::{Density, Target};
 use ergodic_scattering::{Rgb, luminance};
 use glam::DVec2;
 
-use crate::{Lengths, Path, Scene, contribution, raster};
+use crate::{Lengths, Path, Scene, contribution};
 
 /// A scene and the lengths of the paths in it that a chain may visit.
 #[derive(Clone, Debug)]
@@ -19,39 +19,41 @@ pub struct PathSpace {
 
 /// The target of Metropolis light transport: C(x), the luminance of f (Veach 11.2), one scalar for the whole image.
 #[derive(Clone, Copy, Debug)]
-pub struct LuminanceTarget<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-}
+pub struct LuminanceTarget;
 
 /// What one evaluation of [`LuminanceTarget`] yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// ln C(x); -inf where the path carries nothing.
-    pub ln_luminance: f64,
+    /// C(x); 0 where the path carries nothing.
+    pub luminance: Density,
     /// f(x) / C(x) per channel: what a visit adds to the image, up to b.
     pub color: Rgb,
     /// Where the path meets the image.
     pub raster: DVec2,
 }
 
-impl Target for LuminanceTarget<'_> {
+impl Target for LuminanceTarget {
     type State = Path;
     type Value = Measured;
 
     #[inline]
     fn evaluate(&self, x: &Path) -> Measured {
-        let Some(raster) = raster(self.scene, x) else {
-            return Measured { ln_luminance: f64::NEG_INFINITY, color: Rgb::ZERO, raster: DVec2::ZERO };
+        let Some(raster) = x.raster else {
+            return Measured { luminance: Density::ZERO, color: Rgb::ZERO, raster: DVec2::ZERO };
         };
-        let f = contribution(self.scene, x);
+        let f = contribution(x);
         // A negative channel is as wrong as one that is no number, though the luminance may hide it.
         let luminance = if f.rgb.min_element() < 0.0 { f64::NAN } else { luminance(f.rgb) };
-        Measured { ln_luminance: luminance.ln() + f.ln_scale, color: f.rgb / luminance, raster }
+        Measured { luminance: Density::new(luminance).scaled(f.exponent), color: f.rgb / luminance, raster }
     }
 
     #[inline]
     fn ln_density(value: &Measured) -> f64 {
-        value.ln_luminance
+        value.luminance.ln()
+    }
+
+    #[inline]
+    fn density(value: &Measured) -> Density {
+        value.luminance
     }
 }

@@ -73,7 +73,7 @@ fn chains(space: &PathSpace, mixture: &Mixture<AnyMutation>, settings: &Settings
     (0u64..)
         .zip(starts)
         .map(|(index, path)| {
-            let mut chain = ChainRunner::new(index, path, space, stream(settings.seed, Purpose::Chain, index));
+            let mut chain = ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index));
             ledger.make_room(BURN_IN, &mut film);
             chain.run(BURN_IN, mixture, space, &mut ledger);
             chain

@@ -108,9 +108,9 @@ impl Ledger {
 
 impl ChainRunner {
     /// A chain that starts at `start`.
-    pub fn new(index: u64, start: Path, space: &PathSpace, rng: Pcg64Dxsm) -> Self {
+    pub fn new(index: u64, start: Path, rng: Pcg64Dxsm) -> Self {
         let class = start.class();
-        let chain = Chain::new(start, &LuminanceTarget { scene: &space.scene });
+        let chain = Chain::new(start, &LuminanceTarget);
         Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new() }
     }
 
@@ -151,7 +151,7 @@ impl ChainRunner {
         M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
     {
         self.steps += 1;
-        self.chain.step(&LuminanceTarget { scene: &space.scene }, mixture, space, &mut Accounted(&mut self.rng))
+        self.chain.step(&LuminanceTarget, mixture, space, &mut Accounted(&mut self.rng))
     }
 
     /// Takes `count` steps.

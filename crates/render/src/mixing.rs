@@ -42,7 +42,7 @@ impl ChainTrace {
     /// The chain was at a path for `steps` steps, the last of which took it away or was the last of all.
     #[inline]
     pub(crate) fn record(&mut self, at: &Measured, class: PathClass, steps: u64) {
-        self.ln_luminance.add_run(at.ln_luminance, steps);
+        self.ln_luminance.add_run(at.luminance.ln(), steps);
         self.image_x.add_run(at.raster.x, steps);
         self.image_y.add_run(at.raster.y, steps);
         self.record_stay(class, steps.saturating_sub(1));

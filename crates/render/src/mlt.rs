@@ -147,7 +147,7 @@ where
     let mutation_start = Instant::now();
     let space = PathSpace { scene: Arc::clone(scene), lengths };
     let chains = starts.len();
-    let mut work = share_out(starts, &space, settings, names);
+    let mut work = share_out(starts, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.size, filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
@@ -213,7 +213,7 @@ fn new_statistics(names: &[&'static str], max_edges: usize) -> Vec<MutationStati
 }
 
 /// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.
-fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &[&'static str]) -> Vec<Batch> {
+fn share_out(starts: Vec<Path>, settings: &Settings, names: &[&'static str]) -> Vec<Batch> {
     let count = BATCHES.min(starts.len());
     let mut work: Vec<Batch> = (0..count)
         .map(|_| Batch {
@@ -225,7 +225,7 @@ fn share_out(starts: Vec<Path>, space: &PathSpace, settings: &Settings, names: &
         .collect();
     for (index, path) in starts.into_iter().enumerate() {
         let rng = stream(settings.seed, Purpose::Chain, index as u64);
-        work[index % count].runners.push(ChainRunner::new(index as u64, path, space, rng));
+        work[index % count].runners.push(ChainRunner::new(index as u64, path, rng));
     }
     work
 }
@@ -337,7 +337,7 @@ where
     let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &Unobserved);
     let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
     let space = PathSpace { scene: Arc::clone(scene), lengths };
-    let mut after = ChainRunner::new(record.chain, start, &space, stream(settings.seed, Purpose::Chain, record.chain));
+    let mut after = ChainRunner::new(record.chain, start, stream(settings.seed, Purpose::Chain, record.chain));
     for _ in 0..record.step {
         after.step(mixture, &space);
     }

@@ -96,6 +96,14 @@ impl Camera {
         (raster.cmpge(low).all() && raster.cmple(high).all()).then_some(raster)
     }
 
+    /// The raster position that sees `direction` and the responsivity W_e in 1/sr there; `None` where [`Self::raster`] is.
+    #[inline]
+    pub fn seen(&self, direction: DVec3) -> Option<(DVec2, f64)> {
+        let raster = self.raster(direction)?;
+        let cos = direction.dot(self.forward);
+        Some((raster, 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y)))
+    }
+
     /// 1/cos^3 of the angle with the axis: the ratio of area on the plane at unit distance to solid angle. 0 outside.
     #[inline]
     fn plane_area_per_solid_angle(&self, direction: DVec3) -> f64 {

@@ -88,10 +88,10 @@ fn neighbours_a_ten_millionth_apart_have_densities() {
         let b = hit(DVec3::new(low.x + apart, from.y, z), DVec3::Y);
         let light = hit(from, DVec3::new(0.3, -0.5, 0.8).normalize());
         let camera = scene.camera_vertex();
-        let mut x = Path { vertices: vec![light, a, b, camera], edges: Vec::new() };
-        x.recompute_edges(scene);
+        let mut x = Path { vertices: vec![light, a, b, camera], ..Path::default() };
+        x.derive(scene);
         assert!((x.edges[1].length / (apart * 2f64.sqrt()) - 1.0).abs() < 1e-6, "{}", x.edges[1].length);
-        let f = contribution(scene, &x);
+        let f = contribution(&x);
         assert!(f.ln_luminance().is_finite() && f.rgb.is_finite(), "{f:?}");
         let mut y = Path::default();
         for mutation in AnyMutation::all() {

@@ -1,6 +1,6 @@
 //! Paths of many vertices: products of many factors, and weights of many strategies.
 
-use ergodic_metropolis::LnProduct;
+use ergodic_metropolis::Density;
 use ergodic_pathspace::{Lengths, PathSpace, Roulette, Scene, View};
 use ergodic_scattering::Rgb;
 use ergodic_tests::{Eye, cuboid, description, diffuse, glass, quad, scene_of};
@@ -38,7 +38,7 @@ fn products_of_densities_keep_their_range() {
     // Area densities of a path of 65 vertices in a scene 1e-6 or 1e6 across: far outside the range of f64.
     for exponent in [-30, 30] {
         let factor = 10f64.powi(exponent);
-        let (mut product, mut plain) = (LnProduct::one(), 1.0);
+        let (mut product, mut plain) = (Density::ONE, 1.0);
         for _ in 0..65 {
             product.multiply(factor);
             plain *= factor;

@@ -61,7 +61,7 @@ fn samples(space: &PathSpace, ln_unit: f64, count: u64) -> Vec<Vec<Seen>> {
             sampler.sample(scene, &mut stream(1, Purpose::Bidirectional, index), |sampler, c| {
                 sampler.assemble(scene, c.s, c.t, &mut path);
                 // f has one 1 / length² for each edge.
-                let ln_f = contribution(scene, &path).ln_luminance() + 2.0 * path.length() as f64 * ln_unit;
+                let ln_f = contribution(&path).ln_luminance() + 2.0 * path.length() as f64 * ln_unit;
                 seen.push(Seen { strategy: (c.s, c.t), numbers: vec![luminance(c.estimate).ln(), c.weight, ln_f] });
             });
             let mut rng = stream(2, Purpose::Chain, index);

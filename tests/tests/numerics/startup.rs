@@ -3,7 +3,7 @@
 use ergodic_assess::{Image, Reference, Verdict, test_replicas};
 use ergodic_metropolis::Mixture;
 use ergodic_mutations::{AnyMutation, MultiChain};
-use ergodic_pathspace::{Lengths, Path, PathSpace, raster};
+use ergodic_pathspace::{Lengths, Path, PathSpace};
 use ergodic_render::{
     Budget, ChainRunner, Film, Ledger, Method, Purpose, SplatBuffer, Unobserved, render, render_replicas,
     render_with_mixture, statistics::MutationStatistics, stream,
@@ -65,7 +65,7 @@ fn a_chain_run_in_parts_is_the_chain_run_at_once() {
     let space = space("glass", (32, 32), Lengths { min_edges: 1, max_edges: 8 });
     let (mixture, path) = (mixture(members()), some_path(&space));
     let run = |parts: &[u64]| {
-        let mut runner = ChainRunner::new(0, path.clone(), &space, stream(7, Purpose::Chain, 0));
+        let mut runner = ChainRunner::new(0, path.clone(), stream(7, Purpose::Chain, 0));
         let mut ledger = ledger(&space, 4);
         parts.iter().for_each(|steps| runner.run(*steps, &mixture, &space, &mut ledger));
         let at: Vec<_> = runner.path().vertices.iter().map(|v| v.position.to_array()).collect();
@@ -94,12 +94,12 @@ fn chains_of_different_number_are_uncorrelated() {
     let (chains, times, every) = (64u64, nightly(128, 2048), 256);
     let series: Vec<Vec<f64>> = (0..chains)
         .map(|index| {
-            let mut runner = ChainRunner::new(index, path.clone(), &space, stream(7, Purpose::Chain, index));
+            let mut runner = ChainRunner::new(index, path.clone(), stream(7, Purpose::Chain, index));
             let mut at = || {
                 for _ in 0..every {
                     runner.step(&mixture, &space);
                 }
-                raster(&space.scene, runner.path()).map_or(0.0, |r| r.x)
+                runner.path().raster.map_or(0.0, |r| r.x)
             };
             at();
             (0..times).map(|_| at()).collect()

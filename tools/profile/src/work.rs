@@ -64,7 +64,7 @@ impl Work {
         let space = PathSpace { scene, lengths };
         let chains = (0u64..)
             .zip(starts)
-            .map(|(index, path)| ChainRunner::new(index, path, &space, stream(settings.seed, Purpose::Chain, index)));
+            .map(|(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index)));
         let mut chains: Vec<_> = chains.collect();
         let mut ledger = Ledger::new(&settings, &names);
         let mut film = Film::new(SIZE, SIZE, settings.filter.filter());

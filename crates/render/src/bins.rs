@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-/// Entries that a buffer has room for. A batch's buffer then fits into the second level of cache, and takes several rounds of
-/// its chains.
-pub(crate) const CAPACITY: usize = 1 << 13;
+/// Entries that a buffer has room for: what several chains leave in a round, and little enough that splats are still in the
+/// caches when they are merged.
+pub(crate) const CAPACITY: usize = 1 << 11;
 
 /// Entries in the order in which they came and, once sorted, a list for each band in the same order.
 #[derive(Clone, Debug)]

@@ -52,7 +52,7 @@ pub(crate) struct Splat {
 
 /// Splats on their way to a film.
 ///
-/// Of fixed size: 8192 splats, 40 bytes each, and two indices of 4 bytes for each. More are taken, but then it has to grow.
+/// Of fixed size: 2048 splats, 40 bytes each, and two indices of 4 bytes for each. More are taken, but then it has to grow.
 #[derive(Clone, Debug)]
 pub struct SplatBuffer(Bins<Splat>);
 

@@ -54,8 +54,9 @@ impl Grid {
     /// The pixel that a raster point lies in, as column and row.
     #[inline]
     fn cell(&self, raster: DVec2) -> Option<(u32, u32)> {
-        let (x, y) = (raster.x.floor(), raster.y.floor());
+        let DVec2 { x, y } = raster;
         let inside = x >= 0.0 && y >= 0.0 && x < f64::from(self.width) && y < f64::from(self.height);
+        // Of numbers that are not negative the conversion is the floor, without a call for it.
         inside.then_some((x as u32, y as u32))
     }
 

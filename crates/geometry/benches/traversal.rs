@@ -32,8 +32,8 @@ fn build((meshes, instances): Placed) -> World {
 
 fn group<'a, M: Measurement>(criterion: &'a mut Criterion<M>, name: &str) -> BenchmarkGroup<'a, M> {
     let mut group = criterion.benchmark_group(name);
-    group.sampling_mode(SamplingMode::Flat).sample_size(20).warm_up_time(Duration::from_millis(500));
-    group.measurement_time(Duration::from_secs(2));
+    group.sampling_mode(SamplingMode::Flat).sample_size(10).warm_up_time(Duration::from_millis(200));
+    group.measurement_time(Duration::from_secs(1));
     group
 }
 
@@ -65,7 +65,6 @@ fn queries(criterion: &mut Criterion<ProcessorTime>) {
 
 fn builds(criterion: &mut Criterion) {
     let mut group = group(criterion, "build");
-    group.sample_size(10);
     for &size in sizes() {
         for (form, make) in [("flat", generated::flat as fn(usize) -> Placed), ("instanced", generated::instanced)] {
             group.throughput(Throughput::Elements(size as u64));

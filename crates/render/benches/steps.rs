@@ -112,7 +112,7 @@ fn scene(criterion: &mut Criterion<ProcessorTime>, name: &str, file: &FilePath) 
     let paths: Vec<Path> = chains.iter().map(|chain| chain.path().clone()).collect();
 
     let mut group = criterion.benchmark_group(name);
-    group.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(2)).sample_size(30);
+    group.warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(500)).sample_size(20);
 
     let pairs: Vec<_> = paths.iter().flat_map(|path| path.vertices.windows(2)).collect();
     group.throughput(Throughput::Elements(pairs.len() as u64));

@@ -61,7 +61,7 @@ fn interactions(criterion: &mut Criterion<ProcessorTime>) {
     ];
     let inputs = inputs();
     let mut group = criterion.benchmark_group("interaction");
-    group.warm_up_time(Duration::from_millis(500)).measurement_time(Duration::from_secs(1)).sample_size(50);
+    group.warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_millis(500)).sample_size(20);
     group.throughput(Throughput::Elements(INPUTS as u64));
     for (name, material) in &materials {
         let at = material.interaction(&[], &surface);

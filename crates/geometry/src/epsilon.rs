@@ -11,12 +11,16 @@ pub(crate) const MAX_COORDINATE: f64 = 1e100;
 
 /// Padding of every box of a search tree, in units of the tree's cube [-1, 1]³.
 ///
-/// Along each axis, in units of u = 2⁻²⁴ with all coordinates in the cube, so that a plane is at most 2 away from the origin:
-/// rounding of the box 1, of the ray's origin 1, of origin times inverse 1, of the direction and its inverse 2 each times 2, and of
-/// the parameter of the plane, `fma(p, 1/d, -o/d)` or `(p - o) * (1/d)`, at most 4. That is 11 u; 64 u = 32 `f32::EPSILON`
-/// leaves a factor of five. Widened by it along every axis, a box is entered before and left after all that lies in it, also
-/// where t itself is rounded: |d| is at most 1, so the padding is worth at least 64 u in t, and t is at most 4.
+/// Along each axis, in units of u = 2⁻²⁴ with the origin within [`TREE_REACH`] = 4, so that a plane of the cube is at most 5 away
+/// from it: rounding of the box 1, of the ray's origin 4, of origin times inverse 4, of the direction and its inverse 2 times 5, and
+/// of the parameter of the plane, `fma(p, 1/d, -o/d)` or `(p - o) * (1/d)`, at most 2 times 5. That is 29 u; 64 u = 32
+/// `f32::EPSILON` leaves a factor of two. Widened by it along every axis, a box is entered before and left after all that lies in
+/// it, also where t itself is rounded: |d| is at most 1, so the padding is worth at least 64 u in t, and t is at most 9.
 pub(crate) const TREE_PADDING: f64 = 32.0 * f32::EPSILON as f64;
+
+/// Rays whose origin is farther out, in units of the tree's cube, start where they enter the cube: rounding a far origin to `f32`
+/// would undo the padding.
+pub(crate) const TREE_REACH: f64 = 4.0;
 
 /// Smallest component of a direction inside a tree: over the whole cube it moves the ray by less than any padding, and its
 /// reciprocal is finite, so that `0 * (1 / d)` is never NaN.

@@ -37,11 +37,14 @@ impl World {
 
     /// The surface at the point with barycentrics `u`, `v` of the vertices 1 and 2 of a triangle. Panics if there is no
     /// such triangle.
+    #[inline]
     pub fn surface_at(&self, instance: u32, triangle: u32, u: f64, v: f64) -> Surface {
         let placement = self.placement(instance);
         let mesh = self.mesh(placement.mesh);
-        let corners = mesh.triangles[triangle as usize].map(|i| i as usize);
-        let [a, b, c] = corners.map(|i| placement.point(mesh.positions[i]));
+        let [a, b, c] = mesh.triangles[triangle as usize];
+        let corners = [a as usize, b as usize, c as usize];
+        let vertex = |corner: usize| placement.point(mesh.positions[corner]);
+        let (a, b, c) = (vertex(corners[0]), vertex(corners[1]), vertex(corners[2]));
         let w = 1.0 - u - v;
         let position = a * w + b * u + c * v;
         let ng = unit_normal(a, b, c) * placement.handedness;
@@ -68,15 +71,19 @@ impl World {
                 bitangent_sign = 1f64.copysign(a.w) * placement.handedness * flipped;
             }
         }
-        let texcoords = [0, 1].map(|set| {
-            mesh.texcoords[set]
-                .as_ref()
-                .map_or(DVec2::ZERO, |uv: &Vec<DVec2>| uv[corners[0]] * w + uv[corners[1]] * u + uv[corners[2]] * v)
-        });
-        let color = mesh
-            .colors
-            .as_ref()
-            .map_or(DVec4::ONE, |colors| colors[corners[0]] * w + colors[corners[1]] * u + colors[corners[2]] * v);
+        // Written out: few meshes have either, and none of the others should pay for it.
+        let at = |uv: &Vec<DVec2>| uv[corners[0]] * w + uv[corners[1]] * u + uv[corners[2]] * v;
+        let mut texcoords = [DVec2::ZERO; 2];
+        if let Some(uv) = &mesh.texcoords[0] {
+            texcoords[0] = at(uv);
+        }
+        if let Some(uv) = &mesh.texcoords[1] {
+            texcoords[1] = at(uv);
+        }
+        let mut color = DVec4::ONE;
+        if let Some(colors) = &mesh.colors {
+            color = colors[corners[0]] * w + colors[corners[1]] * u + colors[corners[2]] * v;
+        }
         Surface { position, ng, ns, tangent, bitangent_sign, texcoords, color, instance, triangle }
     }
 }

@@ -6,7 +6,7 @@
 
 use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace, Scene, density};
-use ergodic_scattering::{Component, Rgb};
+use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, trace};
@@ -154,17 +154,17 @@ impl Bidirectional {
                 y.vertices[0] = scene.sample_emitter(rng);
                 continue;
             }
-            y.vertices[i] = if i == 1 {
-                scene.sample_emission(&y.vertices[0], rng).ok_or(Rejection::Escaped)?
+            if i == 1 {
+                y.vertices[1] = scene.sample_emission(&y.vertices[0], rng).ok_or(Rejection::Escaped)?;
+                y.derive_edges(scene, 0, 1);
             } else {
                 let before = &mut y.vertices[i - 1];
                 let w_from = -y.edges[i - 2].direction;
                 let u = [rng.uniform(), rng.uniform(), rng.uniform()];
                 let (w, component) = before.interaction.sample(w_from, u).ok_or(Rejection::Absorbed)?;
                 before.component = component;
-                trace(scene, &y.vertices[i - 1], w)?
-            };
-            y.derive_edges(scene, i - 1, i);
+                trace(scene, y, i - 1, i, w)?;
+            }
         }
         Ok(())
     }
@@ -190,8 +190,7 @@ impl Bidirectional {
                 before.component = component;
                 w
             };
-            y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
-            y.derive_edges(scene, i, i + 1);
+            trace(scene, y, i + 1, i, w)?;
         }
         Ok(())
     }
@@ -245,19 +244,9 @@ impl Mutation for Bidirectional {
         }
         let suffix = k + 1 - first_kept;
         let new_end = prefix + inserted - 1;
-
-        y.clear();
-        y.vertices.extend_from_slice(&x.vertices[..prefix]);
-        y.edges.extend_from_slice(&x.edges[..prefix.saturating_sub(1)]);
-        y.scattering.extend_from_slice(&x.scattering[..prefix]);
-        // Room for the new vertices and edges; what is copied here is overwritten below.
-        y.vertices.resize(prefix + inserted - 1, x.vertices[k]);
-        y.edges.resize(prefix + inserted - 1, x.edges[0]);
-        y.scattering.resize(prefix + inserted - 1, Rgb::ZERO);
-        y.vertices.extend_from_slice(&x.vertices[first_kept..]);
-        y.edges.extend_from_slice(&x.edges[first_kept..]);
-        y.scattering.extend_from_slice(&x.scattering[first_kept..]);
-        y.raster = x.raster;
+        y.begin(x, prefix, inserted - 1, suffix);
+        // A walk says by which component it leaves the last vertex that is kept.
+        y.release_ends();
 
         Self::walk_from_light(space, y, prefix, s, rng)?;
         if t > 0 {

@@ -8,7 +8,7 @@ use ergodic_pathspace::{Kind, Path, PathSpace};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
-use crate::chains::{connect, copy_path, dirac_factor, follow, trace};
+use crate::chains::{connect, dirac_factor, follow, trace};
 use crate::jump::JumpRange;
 use crate::{PathMutation, Rejection, Splice, validate_image_jump};
 
@@ -51,9 +51,7 @@ impl Caustic {
         let seen = x.edges[k - 1].length;
         let moved: f64 = x.edges[start..k - 1].iter().map(|edge| edge.length).sum();
         let radians_per_pixel = camera.radians_per_pixel() * seen / moved;
-        let max = (crate::max_pixels(space, self.image_share) * radians_per_pixel).min(MAX_ANGLE);
-        let min = (self.min_pixels * radians_per_pixel).min(max * 0.1);
-        JumpRange::new(min, max)
+        crate::image_jumps(space, self.min_pixels, self.image_share).scaled(radians_per_pixel, MAX_ANGLE)
     }
 }
 
@@ -85,10 +83,9 @@ impl Mutation for Caustic {
         let k = x.length();
         let range = self.range(space, x, start);
         let mut w = range.turn(x.edges[start].direction, rng);
-        copy_path(x, y);
+        y.begin(x, start + 1, k - 1 - start, 1);
         for i in start + 1..k {
-            y.vertices[i] = trace(scene, &y.vertices[i - 1], w)?;
-            y.derive_edges(scene, i - 1, i);
+            trace(scene, y, i - 1, i, w)?;
             if i == start + 1 && !range.allows_turn(x.edges[start].direction, y.edges[start].direction) {
                 return Err(Rejection::OutOfRange);
             }

@@ -15,10 +15,17 @@ pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -
     vertex.interaction.dirac_direction(w_from, component).ok_or(Rejection::WrongComponent)
 }
 
-/// Traces the next vertex from `from`.
+/// Makes vertex `to` of `y` what vertex `from`, its neighbour, sees in direction `w`, and derives the edge between them.
 #[inline]
-pub(crate) fn trace(scene: &Scene, from: &Vertex, w: DVec3) -> Result<Vertex, Rejection> {
-    scene.trace(from, w).ok_or(Rejection::Escaped)
+pub(crate) fn trace(scene: &Scene, y: &mut Path, from: usize, to: usize, w: DVec3) -> Result<(), Rejection> {
+    let first = from.min(to);
+    let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
+    let (from, to) = if from < to { (low, high) } else { (high, low) };
+    if !scene.trace_to(from, w, to) {
+        return Err(Rejection::Escaped);
+    }
+    y.derive_edges(scene, first, first + 1);
+    Ok(())
 }
 
 /// The density, without selection probabilities, with which a Dirac vertex passes light on: 1 for other vertices.
@@ -45,13 +52,4 @@ pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejec
         return Err(Rejection::Occluded);
     }
     Ok(())
-}
-
-/// Writes to `y` a copy of `x`.
-#[inline]
-pub(crate) fn copy_path(x: &Path, y: &mut Path) {
-    y.vertices.clone_from(&x.vertices);
-    y.edges.clone_from(&x.edges);
-    y.scattering.clone_from(&x.scattering);
-    y.raster = x.raster;
 }

@@ -5,7 +5,7 @@ use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
 
-use crate::chains::{connect, copy_path, dirac_factor, follow, trace};
+use crate::chains::{connect, dirac_factor, follow, trace};
 use crate::jump::JumpRange;
 use crate::{Rejection, Splice};
 
@@ -36,10 +36,9 @@ impl EyeSide {
         if camera.raster(w).is_none() {
             return Err(Rejection::OffFilm);
         }
-        copy_path(x, y);
+        y.begin(x, start, k - start, 1);
         for i in (start..k).rev() {
-            y.vertices[i] = trace(scene, &y.vertices[i + 1], w)?;
-            y.derive_edges(scene, i, i + 1);
+            trace(scene, y, i + 1, i, w)?;
             if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
                 let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
                 if !turn.allows_turn(-x.edges[i].direction, -y.edges[i].direction) {

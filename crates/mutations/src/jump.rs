@@ -3,6 +3,7 @@
 use ergodic_geometry::Frame;
 use ergodic_metropolis::RandomSource;
 use glam::{DVec2, DVec3};
+use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 /// A range of jump sizes r = r₂ exp(-ln(r₂/r₁) u), in pixels or in radians.
@@ -19,8 +20,16 @@ const SLACK: f64 = 1e-6;
 
 impl JumpRange {
     /// Sizes from `min` to `max`, 0 < min < max.
+    #[inline]
     pub(crate) fn new(min: f64, max: f64) -> Self {
-        Self { min, max, ln_ratio: (max / min).ln() }
+        Self { min, max, ln_ratio: ln_ratio(min, max) }
+    }
+
+    /// The range with both ends multiplied by `factor`, the largest size at most `most` and the smallest at most a tenth of it.
+    #[inline]
+    pub(crate) fn scaled(&self, factor: f64, most: f64) -> Self {
+        let (min, max) = (self.min * factor, self.max * factor);
+        if max <= most { Self { min, max, ln_ratio: self.ln_ratio } } else { Self::new(min.min(most * 0.1), most) }
     }
 
     fn size(&self, u: f64) -> f64 {
@@ -63,6 +72,21 @@ impl JumpRange {
         let theta = angle_between(from, to);
         if self.contains(theta) && theta < PI { 1.0 / (TAU * theta * theta.sin() * self.ln_ratio) } else { 0.0 }
     }
+}
+
+/// ln(max / min). Most ranges have the ends of the one before, so the last logarithm is kept.
+#[inline]
+fn ln_ratio(min: f64, max: f64) -> f64 {
+    thread_local! {
+        static LAST: Cell<(f64, f64, f64)> = const { Cell::new((1.0, 1.0, 0.0)) };
+    }
+    let (last_min, last_max, ln) = LAST.get();
+    if (last_min, last_max) == (min, max) {
+        return ln;
+    }
+    let ln = (max / min).ln();
+    LAST.set((min, max, ln));
+    ln
 }
 
 /// The angle between two unit vectors by 2 asin(|a - b| / 2), which keeps its relative accuracy for small angles where

@@ -1,6 +1,8 @@
 //! A path: vertices from the light to the eye, the edges between them, and its class.
 
+use std::cell::Cell;
 use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use ergodic_scattering::{Component, Rgb};
 use glam::DVec2;
@@ -11,6 +13,10 @@ use crate::{Edge, Scene, Vertex};
 ///
 /// `edges[i]` lies between vertices i and i + 1. Edges, scattering and raster are derived from the vertices and cached;
 /// [`Path::derive`] gives the same bits, as do [`Path::derive_edges`] and [`Path::derive_scattering`] for parts.
+///
+/// A path is points, not history; that it knows which other path it was made from is one more thing that is cached, so that what
+/// two buffers of a chain have in common is not copied from one to the other again and again ([`Path::begin`]). Whoever changes
+/// vertices other than those that `begin` leaves open calls [`Path::derive`] afterwards.
 #[derive(Clone, Debug, Default)]
 pub struct Path {
     /// Vertices from the light to the eye.
@@ -22,6 +28,40 @@ pub struct Path {
     pub scattering: Vec<Rgb>,
     /// Where the last edge meets the image, if that lies in the camera's domain.
     pub raster: Option<DVec2>,
+    /// Stands for the path as it is now; no two paths that differ have the same. 0 for none.
+    version: u64,
+    origin: Origin,
+}
+
+/// What a path has in common with the one that it was made from.
+#[derive(Clone, Copy, Debug, Default)]
+struct Origin {
+    version: u64,
+    /// Vertices at the light end.
+    prefix: usize,
+    /// Vertices at the eye end.
+    suffix: usize,
+}
+
+/// A number that was never given before in this process.
+#[inline]
+fn fresh_version() -> u64 {
+    thread_local! {
+        static NEXT: Cell<u64> = const { Cell::new(0) };
+    }
+    let mut version = NEXT.get();
+    if version as u32 == 0 {
+        version = version_block();
+    }
+    NEXT.set(version + 1);
+    version
+}
+
+/// The first of 2^32 - 1 numbers for one thread.
+#[cold]
+fn version_block() -> u64 {
+    static BLOCKS: AtomicU64 = AtomicU64::new(0);
+    BLOCKS.fetch_add(1, Ordering::Relaxed) << 32 | 1
 }
 
 impl Path {
@@ -31,7 +71,7 @@ impl Path {
             vertices: Vec::with_capacity(edges + 1),
             edges: Vec::with_capacity(edges),
             scattering: Vec::with_capacity(edges + 1),
-            raster: None,
+            ..Self::default()
         }
     }
 
@@ -41,12 +81,61 @@ impl Path {
         self.vertices.len() - 1
     }
 
+    /// The path of these vertices, from the light to the eye.
+    pub fn of(scene: &Scene, vertices: Vec<Vertex>) -> Self {
+        let mut path = Self { vertices, ..Self::default() };
+        path.derive(scene);
+        path
+    }
+
+    /// Makes this path one of `prefix + new + suffix` vertices whose ends are those of `x`, with the edges between them and their
+    /// scattering. The vertices between the ends, the edges at both sides of each, and the scattering of all vertices at these
+    /// edges are open: they hold anything, and the caller fills them.
+    ///
+    /// What this path has in common with `x` already, since one was made from the other, is not copied.
+    #[inline]
+    pub fn begin(&mut self, x: &Self, prefix: usize, new: usize, suffix: usize) {
+        let length = prefix + new + suffix;
+        let common = |origin: &Origin, version: u64| origin.version == version && version != 0;
+        let (front, back) = if common(&self.origin, x.version) {
+            (self.origin.prefix, self.origin.suffix)
+        } else if common(&x.origin, self.version) {
+            (x.origin.prefix, x.origin.suffix)
+        } else {
+            (0, 0)
+        };
+        // The lists begin at the light, so the eye end stays where it is only if the length does.
+        let back = if self.vertices.len() == length { back } else { 0 };
+        self.vertices.resize(length, x.vertices[0]);
+        self.edges.resize(length - 1, x.edges[0]);
+        self.scattering.resize(length, Rgb::ZERO);
+
+        copy_ends(&x.vertices, &mut self.vertices, (front, prefix), (back, suffix));
+        // Of n vertices in common there are n - 1 edges, and n - 1 whose scattering is in common too.
+        let (front, back) = (front.saturating_sub(1), back.saturating_sub(1));
+        let edges = (prefix.saturating_sub(1), suffix.saturating_sub(1));
+        copy_ends(&x.edges, &mut self.edges, (front, edges.0), (back, edges.1));
+        copy_ends(&x.scattering, &mut self.scattering, (front, prefix), (back, suffix));
+        self.raster = x.raster;
+        self.version = fresh_version();
+        self.origin = Origin { version: x.version, prefix, suffix };
+    }
+
+    /// Says that the innermost vertices of the ends that were kept by [`Self::begin`] may change too.
+    #[inline]
+    pub fn release_ends(&mut self) {
+        self.origin.prefix = self.origin.prefix.saturating_sub(1);
+        self.origin.suffix = self.origin.suffix.saturating_sub(1);
+    }
+
     /// Empties all lists.
     pub fn clear(&mut self) {
         self.vertices.clear();
         self.edges.clear();
         self.scattering.clear();
         self.raster = None;
+        self.version = 0;
+        self.origin = Origin::default();
     }
 
     /// Derives everything from the vertices.
@@ -56,6 +145,8 @@ impl Path {
         self.scattering.clear();
         self.scattering.resize(self.vertices.len(), Rgb::ZERO);
         self.derive_scattering(scene, 0, self.length());
+        self.version = fresh_version();
+        self.origin = Origin::default();
     }
 
     /// Derives the edges `from..to` from the vertices.
@@ -99,6 +190,18 @@ impl Path {
             specular |= u64::from(vertex.component != Component::Rough) << i;
         }
         PathClass { length: k as u32, specular }
+    }
+}
+
+/// Copies the first and the last items of a list that another does not have already: `(common, wanted)` at each end.
+#[inline]
+fn copy_ends<T: Copy>(from: &[T], to: &mut [T], (front, prefix): (usize, usize), (back, suffix): (usize, usize)) {
+    if front < prefix {
+        to[front..prefix].copy_from_slice(&from[front..prefix]);
+    }
+    if back < suffix {
+        let (from_end, to_end) = (from.len(), to.len());
+        to[to_end - suffix..to_end - back].copy_from_slice(&from[from_end - suffix..from_end - back]);
     }
 }
 

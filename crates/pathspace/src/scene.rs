@@ -11,9 +11,9 @@ use ergodic_geometry::phase::{self, Phase};
 use ergodic_geometry::{Hit, Instance, Mesh, Ray, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
-    Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
+    Bsdf, Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
 };
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 
 use crate::gap::{draw_in, drawn_in};
 use crate::lights::{Emitter, Lights};
@@ -55,6 +55,8 @@ pub struct View {
 pub struct Scene {
     world: World,
     materials: Vec<Material>,
+    /// Of each material, its scattering if that is the same everywhere.
+    constant: Vec<Option<Bsdf>>,
     textures: Vec<Texture>,
     material_of_instance: Vec<u32>,
     /// Index of an instance's first emissive triangle, or [`NO_EMITTER`].
@@ -153,6 +155,7 @@ impl Scene {
         let free_space = Interaction::none();
         Ok(Self {
             world,
+            constant: materials.iter().map(Material::constant_bsdf).collect(),
             materials,
             textures,
             material_of_instance,
@@ -192,40 +195,56 @@ impl Scene {
     /// The point of the surface that was hit, as if met in air.
     #[inline]
     pub fn vertex(&self, hit: &Hit) -> Vertex {
+        let mut vertex = self.camera_vertex();
+        self.place(hit, &mut vertex);
+        vertex
+    }
+
+    /// Makes `vertex` the point of the surface that was hit, as if met in air.
+    #[inline]
+    fn place(&self, hit: &Hit, vertex: &mut Vertex) {
         let _phase = phase::enter(Phase::Shading);
         let surface = self.world.surface(hit);
         let index = self.material_of_instance[hit.instance as usize];
         let material = &self.materials[index as usize];
-        let first = self.first_emitter[hit.instance as usize];
-        let (emitter, emission) = if first == NO_EMITTER {
-            (NO_EMITTER, Rgb::ZERO)
-        } else {
-            (first + hit.triangle, material.emitted(&self.textures, &surface))
+        vertex.kind = Kind::Surface;
+        vertex.component = Component::Rough;
+        vertex.material = index;
+        vertex.medium = AIR;
+        vertex.position = surface.position;
+        vertex.interaction = match &self.constant[index as usize] {
+            // Nothing of it depends on the point but the colour of the mesh.
+            Some(bsdf) if surface.color == DVec4::ONE => Material::interaction_of(*bsdf, &surface),
+            _ => material.interaction(&self.textures, &surface),
         };
-        Vertex {
-            kind: Kind::Surface,
-            component: Component::Rough,
-            emitter,
-            material: index,
-            medium: AIR,
-            position: surface.position,
-            interaction: material.interaction(&self.textures, &surface),
-            emission,
+        let first = self.first_emitter[hit.instance as usize];
+        if first == NO_EMITTER {
+            (vertex.emitter, vertex.emission) = (NO_EMITTER, Rgb::ZERO);
+        } else {
+            vertex.emitter = first + hit.triangle;
+            vertex.emission = material.emitted(&self.textures, &surface);
         }
     }
 
     /// The first point seen from `from` in direction `w`.
     #[inline]
     pub fn trace(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
+        let mut vertex = self.camera_vertex();
+        self.trace_to(from, w, &mut vertex).then_some(vertex)
+    }
+
+    /// Makes `to` the first point seen from `from` in direction `w`; false if there is none.
+    #[inline]
+    pub fn trace_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex) -> bool {
         count_ray();
         let ray = self.world.spawn(&from.anchor(), w);
         record::closest(&ray);
-        let hit = self.world.intersect(&ray)?;
-        let mut vertex = self.vertex(&hit);
+        let Some(hit) = self.world.intersect(&ray) else { return false };
+        self.place(&hit, to);
         if !self.media.is_empty() {
-            vertex.medium = self.medium_met(from, w, &vertex, hit.instance);
+            to.medium = self.medium_met(from, w, to, hit.instance);
         }
-        Some(vertex)
+        true
     }
 
     /// What lies at the outer side of `to`, which a ray from `from` in direction `w` met.

@@ -2,6 +2,7 @@
 //! into the scattering at one point.
 
 use ergodic_geometry::{Frame, Surface};
+use glam::DVec4;
 
 use crate::{Bsdf, Interaction, Lambert, Layered, Parameters, Rgb, Texture, TextureUse, normal_map};
 
@@ -96,6 +97,26 @@ impl Material {
         self.metallic < 1.0 || self.metallic_roughness_texture.is_some()
     }
 
+    /// The scattering at every point of a surface with this material, if no texture changes it; for white vertex colours.
+    pub fn constant_bsdf(&self) -> Option<Bsdf> {
+        let textures = [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.normal_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+            &self.transmission_texture,
+        ];
+        textures.iter().all(|texture| texture.is_none()).then(|| self.bsdf(Rgb::ONE, |_| None))
+    }
+
+    /// The scattering at a point of a surface whose normal is the mesh's, by a material's [`Self::constant_bsdf`].
+    #[inline]
+    pub fn interaction_of(bsdf: Bsdf, surface: &Surface) -> Interaction {
+        let frame = Frame::from_normal(normal_map::keep_above(surface.ns, surface.ng));
+        Interaction { frame, ng: surface.ng, bsdf }
+    }
+
     /// The scattering at a point of a surface with this material.
     pub fn interaction(&self, textures: &[Texture], surface: &Surface) -> Interaction {
         let read = |texture: &Option<TextureUse>| texture.map(|texture| texture.at(textures, surface));
@@ -103,8 +124,13 @@ impl Material {
             Some(texel) => normal_map::apply(surface, texel, self.normal_scale),
             None => normal_map::keep_above(surface.ns, surface.ng),
         };
-        let frame = Frame::from_normal(ns);
-        let mut base = self.base_color * surface.color.truncate();
+        let bsdf = self.bsdf(surface.color.truncate(), read);
+        Interaction { frame: Frame::from_normal(ns), ng: surface.ng, bsdf }
+    }
+
+    /// The scattering where the mesh has a colour and textures have what `read` gives.
+    fn bsdf(&self, color: Rgb, read: impl Fn(&Option<TextureUse>) -> Option<DVec4>) -> Bsdf {
+        let mut base = self.base_color * color;
         if let Some(texel) = read(&self.base_color_texture) {
             base *= texel.truncate();
         }
@@ -118,7 +144,7 @@ impl Material {
         let transmissive = self.is_transmissive();
         let transmission = self.transmission * read(&self.transmission_texture).map_or(1.0, |texel| texel.x);
         if metallic == 0.0 && specular == 0.0 && !transmissive {
-            return Interaction { frame, ng: surface.ng, bsdf: Bsdf::Lambert(Lambert { albedo: base }) };
+            return Bsdf::Lambert(Lambert { albedo: base });
         }
         let parameters = Parameters {
             base,
@@ -131,7 +157,7 @@ impl Material {
             transmissive,
             solid: self.is_solid(),
         };
-        Interaction { frame, ng: surface.ng, bsdf: Bsdf::Layered(Layered::new(&parameters)) }
+        Bsdf::Layered(Layered::new(&parameters))
     }
 
     /// Radiance emitted at a point of a surface, before it is asked from which side (see [`crate::emission`]).

@@ -88,8 +88,7 @@ fn neighbours_a_ten_millionth_apart_have_densities() {
         let b = hit(DVec3::new(low.x + apart, from.y, z), DVec3::Y);
         let light = hit(from, DVec3::new(0.3, -0.5, 0.8).normalize());
         let camera = scene.camera_vertex();
-        let mut x = Path { vertices: vec![light, a, b, camera], ..Path::default() };
-        x.derive(scene);
+        let x = Path::of(scene, vec![light, a, b, camera]);
         assert!((x.edges[1].length / (apart * 2f64.sqrt()) - 1.0).abs() < 1e-6, "{}", x.edges[1].length);
         let f = contribution(&x);
         assert!(f.ln_luminance().is_finite() && f.rgb.is_finite(), "{f:?}");

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::epsilon::{TREE_MIN_COMPONENT, TREE_PADDING, f32_above};
+use crate::epsilon::{TREE_MIN_COMPONENT, TREE_PADDING, TREE_REACH, f32_above};
 
 /// A ray in a tree's cube, with the map from its parameter to the caller's.
 #[derive(Clone, Copy, Debug)]
@@ -43,8 +43,7 @@ impl TreeRay {
             return None;
         }
         let mut entry = 0.0;
-        if origin.abs().max_element() > 1.0 {
-            // Rounding a far origin to f32 would undo the padding: start where the ray enters the cube.
+        if origin.abs().max_element() > TREE_REACH {
             entry = enter_cube(origin, direction, t_max)?;
             origin += direction * entry;
         }

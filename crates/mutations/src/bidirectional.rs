@@ -48,6 +48,11 @@ fn insertion_weight(change: usize) -> f64 {
     }
 }
 
+/// The sum of [`insertion_weight`] over the changes 1 ..= `most` to one side: 0.15 + 0.2 (1/4 + 1/8 + …).
+fn changes_up_to(most: usize) -> f64 {
+    if most == 0 { 0.0 } else { 0.15 + 0.2 * (0.5 - halving(most)) }
+}
+
 /// The discrete choices of the mutation, in one place for both sampler and density.
 struct Choices {
     /// Edges of the path that is changed.
@@ -106,8 +111,18 @@ impl Choices {
         least as usize..=most.max(0) as usize
     }
 
-    fn insertion_total(range: std::ops::RangeInclusive<usize>, deleted: usize) -> f64 {
-        range.map(|inserted| insertion_weight(inserted.abs_diff(deleted))).sum()
+    /// The sum of [`insertion_weight`] over a range.
+    fn insertion_total(range: &std::ops::RangeInclusive<usize>, deleted: usize) -> f64 {
+        let (least, most) = (*range.start(), *range.end());
+        if least > most {
+            0.0
+        } else if least > deleted {
+            changes_up_to(most - deleted) - changes_up_to(least - deleted - 1)
+        } else if most < deleted {
+            changes_up_to(deleted - least) - changes_up_to(deleted - most - 1)
+        } else {
+            insertion_weight(0) + changes_up_to(most - deleted) + changes_up_to(deleted - least)
+        }
     }
 
     fn choose_insertion(
@@ -118,7 +133,7 @@ impl Choices {
         rng: &mut impl RandomSource,
     ) -> Option<usize> {
         let range = self.insertions(space, prefix, deleted);
-        let mut remaining = rng.uniform() * Self::insertion_total(range.clone(), deleted);
+        let mut remaining = rng.uniform() * Self::insertion_total(&range, deleted);
         let mut last = None;
         for inserted in range {
             last = Some(inserted);
@@ -135,7 +150,7 @@ impl Choices {
         if !range.contains(&inserted) {
             return 0.0;
         }
-        insertion_weight(inserted.abs_diff(deleted)) / Self::insertion_total(range, deleted)
+        insertion_weight(inserted.abs_diff(deleted)) / Self::insertion_total(&range, deleted)
     }
 }
 
@@ -325,5 +340,23 @@ impl Bidirectional {
             }
         }
         Density::new(sum).scaled(power)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn totals_are_sums_of_weights() {
+        for deleted in 1..20 {
+            for least in 0..30 {
+                for most in 0..30 {
+                    let sum: f64 = (least..=most).map(|n: usize| insertion_weight(n.abs_diff(deleted))).sum();
+                    let total = Choices::insertion_total(&(least..=most), deleted);
+                    assert!((total - sum).abs() <= 1e-15, "{deleted} {least} {most}: {total} {sum}");
+                }
+            }
+        }
     }
 }

@@ -32,27 +32,34 @@ impl JumpRange {
         if max <= most { Self { min, max, ln_ratio: self.ln_ratio } } else { Self::new(min.min(most * 0.1), most) }
     }
 
+    #[inline]
     fn size(&self, u: f64) -> f64 {
         self.max * (-self.ln_ratio * u).exp()
     }
 
+    #[inline]
     fn contains(&self, size: f64) -> bool {
         size >= self.min * (1.0 - SLACK) && size <= self.max * (1.0 + SLACK)
     }
 
     /// A displacement in the plane, the angle uniform.
+    #[inline]
     pub(crate) fn displace(&self, rng: &mut impl RandomSource) -> DVec2 {
         let size = self.size(rng.uniform());
         DVec2::from_angle(TAU * rng.uniform()) * size
     }
 
     /// Density of a displacement per unit area: 1 / (2π r² ln(r₂/r₁)).
+    #[inline]
     pub(crate) fn pdf_area(&self, displacement: DVec2) -> f64 {
-        let size = displacement.length();
-        if self.contains(size) { 1.0 / (TAU * size * size * self.ln_ratio) } else { 0.0 }
+        // Squares need no root.
+        let square = displacement.length_squared();
+        let (min, max) = (self.min * (1.0 - SLACK), self.max * (1.0 + SLACK));
+        if square >= min * min && square <= max * max { 1.0 / (TAU * square * self.ln_ratio) } else { 0.0 }
     }
 
     /// A unit direction turned from `w` by an angle drawn from the range.
+    #[inline]
     pub(crate) fn turn(&self, w: DVec3, rng: &mut impl RandomSource) -> DVec3 {
         let theta = self.size(rng.uniform());
         let (sin_phi, cos_phi) = (TAU * rng.uniform()).sin_cos();
@@ -62,35 +69,42 @@ impl JumpRange {
     }
 
     /// Whether a direction is turned against another by an angle of the range.
+    #[inline]
     pub(crate) fn allows_turn(&self, from: DVec3, to: DVec3) -> bool {
         let theta = angle_between(from, to);
         self.contains(theta) && theta < PI
     }
 
     /// Density of a turned direction per solid angle: 1 / (2π θ sin θ ln(θ₂/θ₁)).
+    #[inline]
     pub(crate) fn pdf_solid_angle(&self, from: DVec3, to: DVec3) -> f64 {
         let theta = angle_between(from, to);
         if self.contains(theta) && theta < PI { 1.0 / (TAU * theta * theta.sin() * self.ln_ratio) } else { 0.0 }
     }
 }
 
-/// ln(max / min). Most ranges have the ends of the one before, so the last logarithm is kept.
+/// ln(max / min). A mixture has few ranges and asks for them again and again, so logarithms are kept.
 #[inline]
 fn ln_ratio(min: f64, max: f64) -> f64 {
+    const KEPT: usize = 8;
     thread_local! {
-        static LAST: Cell<(f64, f64, f64)> = const { Cell::new((1.0, 1.0, 0.0)) };
+        static KNOWN: [Cell<(f64, f64, f64)>; KEPT] = const { [const { Cell::new((1.0, 1.0, 0.0)) }; KEPT] };
     }
-    let (last_min, last_max, ln) = LAST.get();
-    if (last_min, last_max) == (min, max) {
-        return ln;
-    }
-    let ln = (max / min).ln();
-    LAST.set((min, max, ln));
-    ln
+    let place = (min.to_bits() >> 50 ^ max.to_bits() >> 50) as usize % KEPT;
+    KNOWN.with(|known| {
+        let (known_min, known_max, ln) = known[place].get();
+        if (known_min, known_max) == (min, max) {
+            return ln;
+        }
+        let ln = (max / min).ln();
+        known[place].set((min, max, ln));
+        ln
+    })
 }
 
 /// The angle between two unit vectors by 2 asin(|a - b| / 2), which keeps its relative accuracy for small angles where
 /// acos of the dot product has none.
+#[inline]
 pub(crate) fn angle_between(a: DVec3, b: DVec3) -> f64 {
     2.0 * ((a - b).length() * 0.5).min(1.0).asin()
 }

@@ -133,11 +133,13 @@ registry! {
 }
 
 /// The radius in pixels of a disk with this share of the image's area.
+#[inline]
 pub(crate) fn max_pixels(space: &PathSpace, image_share: f64) -> f64 {
     (image_share * space.scene.camera().image_area_pixels() / std::f64::consts::PI).sqrt()
 }
 
 /// Moves of the image point. The smallest is kept below the largest on images of a few pixels.
+#[inline]
 pub(crate) fn image_jumps(space: &PathSpace, min_pixels: f64, image_share: f64) -> JumpRange {
     let max = max_pixels(space, image_share);
     JumpRange::new(min_pixels.min(max * 0.1), max)

@@ -148,7 +148,8 @@ impl World {
 
     /// The closest hit with t > 0, on either side of a triangle. Of several at the same t, the one with the lowest
     /// (instance, triangle).
-    #[inline]
+    // Not inlined, so that all callers share one copy of the search in the instruction cache.
+    #[inline(never)]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let _phase = phase::enter(Phase::Traversal);
         let shear = Shear::new(ray.origin, ray.direction);
@@ -163,7 +164,8 @@ impl World {
     }
 
     /// Whether the open segment from `origin` to `origin + t_max * direction` is blocked.
-    #[inline]
+    // As above.
+    #[inline(never)]
     fn blocked(&self, origin: DVec3, direction: DVec3, t_max: f64) -> bool {
         let _phase = phase::enter(Phase::Traversal);
         let ray = Ray { origin, direction };

@@ -185,8 +185,9 @@ fn all_search_a_tree_made_by_hand_alike() {
         nodes[1 + inner].set(i, &cube.padded_box(min, max), Child::leaf(leaf, LANES));
         nodes[0].set(inner, &cube.padded_box(DVec3::splat(-1.0), DVec3::ONE), Child::node(1 + inner));
     }
+    let rays = if cfg!(miri) { 8 } else { 200 };
     let mut hits = 0;
-    for _ in 0..200 {
+    for _ in 0..rays {
         let (origin, direction) = (random.cube(), random.cube().normalize());
         let (ray, shear) = (TreeRay::new(origin, direction, f64::MAX).unwrap(), Shear::new(origin, direction));
         let crossings = blocks.iter().flat_map(|block| (0..LANES).map(move |lane| (block, lane)));
@@ -219,7 +220,7 @@ fn all_search_a_tree_made_by_hand_alike() {
             assert!(truth.is_none_or(|(_, [leaf, _])| looked_at.contains(&leaf)), "{isa:?}");
         }
     }
-    assert!((50..195).contains(&hits), "{hits}");
+    assert!((rays / 4..rays).contains(&hits), "{hits}");
 }
 
 #[test]

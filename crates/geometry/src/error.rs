@@ -56,12 +56,20 @@ pub enum GeometryError {
         /// Index of its mesh.
         mesh: u32,
     },
-    /// The meshes are too many or too large for 32-bit numbers.
-    #[error("{count} {what} are more than the 4294967295 that can be numbered")]
+    /// The instances or triangles are too many: a mesh or a world has fewer than 2³², and a search tree at most 2²⁸.
+    #[error("{count} {what} are more than can be searched: at most 268435456 in one tree")]
     TooMany {
         /// What there is too much of.
         what: &'static str,
         /// How many there are.
         count: usize,
+    },
+    /// The environment variable `ERGODIC_ISA` names instructions that this processor does not have, or that are not known.
+    #[error("ERGODIC_ISA is `{name}`, but what there is on this processor is: {available}")]
+    Instructions {
+        /// What the variable names.
+        name: String,
+        /// All names that it may be, with commas.
+        available: String,
     },
 }

@@ -12,7 +12,7 @@ use crate::{
     GeometryError, Hit, Isa, Mesh, Ray,
     hidden::Hidden,
     placement::Placement,
-    tree::{Block, Cube, CubeMap, Owner, Pages, Tree, TreeRay},
+    tree::{Block, Child, Cube, CubeMap, Owner, Pages, Place, Tree, TreeRay},
     triangle::{Crossing, Shear, Triangle},
 };
 
@@ -56,12 +56,10 @@ impl TriangleTree {
     /// Builds the tree over the triangles `0 .. count`, of which there is at least one.
     fn build(
         count: usize,
-        owner: impl Fn(usize) -> Owner,
+        owner: impl Fn(usize) -> Owner + Sync,
         triangle: impl Fn(usize) -> Triangle + Sync,
     ) -> Result<Self, GeometryError> {
-        if count > u32::MAX as usize {
-            return Err(GeometryError::TooMany { what: "triangles", count });
-        }
+        check_count("triangles", count)?;
         let box_of = |i: usize| {
             let [a, b, c] = triangle(i);
             (a.min(b).min(c), a.max(b).max(c))
@@ -75,17 +73,20 @@ impl TriangleTree {
             let (min, max) = box_of(i);
             cube.padded_box(min, max)
         });
-        let mut blocks = Vec::with_capacity(count / 3);
-        let tree = Tree::build(boxes.collect(), |leaf| {
-            let mut block = Block::EMPTY;
-            for (lane, &number) in leaf.iter().enumerate() {
+        let (tree, leaves) = Tree::build(boxes.collect(), Place::Leaf);
+        let mut blocks = Pages::<Block>::zeroed(leaves.len());
+        blocks.par_iter_mut().enumerate().for_each(|(leaf, block)| {
+            for (lane, &number) in leaves.of(leaf).iter().enumerate() {
                 block.set(lane, &triangle(number as usize), owner(number as usize));
             }
-            blocks.push(block);
-            blocks.len() - 1
         });
-        Ok(Self { cube, tree, blocks: Pages::copy_of(&blocks), count })
+        Ok(Self { cube, tree, blocks, count })
     }
+}
+
+/// Whether a tree can number its primitives.
+fn check_count(what: &'static str, count: usize) -> Result<(), GeometryError> {
+    if count > Child::LIMIT { Err(GeometryError::TooMany { what, count }) } else { Ok(()) }
 }
 
 /// The meshes with one instance, in the world's space.
@@ -259,11 +260,9 @@ pub(crate) fn split(
 
     let (min, max) = bounds(boxes.iter().flat_map(|(min, max)| [*min, *max]));
     let cube = Cube::around(min, max);
-    let mut order = Vec::with_capacity(members.len());
-    let tree = Tree::build(boxes.iter().map(|(min, max)| cube.padded_box(*min, *max)).collect(), |leaf| {
-        order.extend_from_slice(leaf);
-        order.len() - leaf.len()
-    });
+    check_count("instances", members.len())?;
+    let boxes = boxes.iter().map(|(min, max)| cube.padded_box(*min, *max)).collect();
+    let (tree, leaves) = Tree::build(boxes, Place::First);
     // Number the prototypes that are there.
     let mut numbers = vec![0; prototypes.len()];
     let mut kept = Vec::new();
@@ -273,7 +272,8 @@ pub(crate) fn split(
             kept.push(prototype);
         }
     }
-    let members = order
+    let members = leaves
+        .all()
         .iter()
         .map(|&i| {
             let Member { to_cube, prototype, instance } = members[i as usize];

@@ -72,6 +72,8 @@ pub struct World {
 
 impl World {
     /// Checks the meshes and builds the search trees. Triangles that can never be hit are left out of them and counted.
+    ///
+    /// It is searched with the instructions that [`Isa::from_environment`] gives.
     pub fn build(meshes: Vec<Mesh>, instances: Vec<Instance>) -> Result<Self, GeometryError> {
         for (index, mesh) in meshes.iter().enumerate() {
             check_mesh(index, mesh)?;
@@ -79,12 +81,13 @@ impl World {
         if instances.len() > u32::MAX as usize {
             return Err(GeometryError::TooMany { what: "instances", count: instances.len() });
         }
+        let isa = Isa::from_environment()?;
         let bounds = bounds_of(&meshes, &instances)?;
         let placements: Vec<Placement> = instances.iter().map(Placement::new).collect();
         let mut hidden = Hidden::new(&meshes, &placements);
         let (baked, shared) = split(&meshes, &placements, bounds, &mut hidden)?;
         let offset = spawn_offset(bounds.0, bounds.1);
-        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden, isa: Isa::best() })
+        Ok(Self { meshes, instances, placements, baked, shared, bounds, offset, hidden, isa })
     }
 
     /// The same world, searched with other instructions; the answers are the same to the bit.

@@ -26,8 +26,6 @@ pub(crate) struct Block {
 pub(crate) type Owner = [u32; 2];
 
 impl Block {
-    pub(crate) const EMPTY: Self = Self { vertices: [[[0.0; LANES]; 3]; 3], owners: [[0; 2]; LANES] };
-
     pub(crate) fn set(&mut self, lane: usize, triangle: &Triangle, owner: Owner) {
         self.owners[lane] = owner;
         for (corner, vertex) in self.vertices.iter_mut().zip(triangle) {

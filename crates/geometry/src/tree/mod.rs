@@ -15,9 +15,10 @@ mod ray;
 mod stack;
 
 pub(crate) use blocks::{Block, Owner};
-pub(crate) use build::Tree;
+pub(crate) use build::{Place, Tree};
 pub(crate) use cube::{Cube, CubeMap};
 pub use isa::Isa;
+pub(crate) use node::Child;
 pub(crate) use pages::Pages;
 pub(crate) use ray::TreeRay;
 

@@ -18,7 +18,7 @@ impl Child {
     /// Stands where there is no child. Its box is empty, so it is never asked.
     pub(crate) const NONE: Self = Self(u32::MAX);
 
-    /// Nodes and places of leaves are below this.
+    /// Nodes and places of leaves are below this: a tree has no more primitives.
     pub(crate) const LIMIT: usize = 1 << 28;
 
     pub(crate) fn node(index: usize) -> Self {

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use crate::support::{Random, bumpy_sphere};
 
 /// Rigid, mirrored, sheared, non-uniform, tiny and flattening transforms.
-fn transforms() -> Vec<DAffine3> {
+pub fn transforms() -> Vec<DAffine3> {
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 0.7);
     let mut all = vec![
         DAffine3::IDENTITY,

@@ -2,6 +2,7 @@
 
 mod errors;
 mod instancing;
+mod instructions;
 mod self_intersection;
 mod support;
 mod surfaces;

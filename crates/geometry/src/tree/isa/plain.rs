@@ -10,19 +10,19 @@ use crate::triangle::Shear;
 
 /// What a search keeps of its ray.
 #[derive(Clone, Copy)]
-struct Slabs {
+pub(super) struct Slabs {
     ray: TreeRay,
 }
 
 impl Slabs {
     #[inline]
-    fn new(ray: &TreeRay) -> Self {
+    pub(super) fn new(ray: &TreeRay) -> Self {
         Self { ray: *ray }
     }
 
     /// Which children's boxes the ray meets before `t_max`, and where it enters them.
     #[inline]
-    fn meets(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
+    pub(super) fn meets(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
         let mut near = [0f32; WIDTH];
         let mut far = [t_max; WIDTH];
         for axis in 0..3 {
@@ -44,19 +44,19 @@ impl Slabs {
 
 /// The ray of [`Shear`] for a block at a time.
 #[derive(Clone, Copy)]
-struct Edges {
-    shear: Shear,
+pub(super) struct Edges {
+    pub(super) shear: Shear,
 }
 
 impl Edges {
     #[inline]
-    fn new(shear: &Shear) -> Self {
+    pub(super) fn new(shear: &Shear) -> Self {
         Self { shear: *shear }
     }
 
     /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
     #[inline]
-    fn may_cross(&self, block: &Block) -> u32 {
+    pub(super) fn may_cross(&self, block: &Block) -> u32 {
         let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
         let mut sheared = [[[0.0; LANES]; 2]; 3];
         for (corner, out) in block.vertices.iter().zip(&mut sheared) {

@@ -32,13 +32,18 @@ macro_rules! search {
             loop {
                 if child.is_leaf() {
                     let (first, count) = child.primitives();
-
                     let Some(t) = look(first, count, t_max) else { return true };
                     t_max = t;
                 } else {
                     let node = &nodes[child.0 as usize];
                     let (mut mask, enters) = slabs.meets(node, t_max);
                     if mask != 0 {
+                        // First of all, also for the only child, whose lines would else be asked for one by one.
+                        let mut left = mask;
+                        while left != 0 {
+                            fetch(nodes, blocks, node.children[left.trailing_zeros() as usize & 7]);
+                            left &= left - 1;
+                        }
                         let i = mask.trailing_zeros() as usize;
                         mask &= mask - 1;
                         child = node.children[i & 7];
@@ -52,7 +57,6 @@ macro_rules! search {
                                 let i = mask.trailing_zeros() as usize & 7;
                                 mask &= mask - 1;
                                 let next = entry(enters[i], node.children[i]);
-                                fetch(nodes, blocks, node.children[i]);
                                 stack.insert(base, nearest.max(next));
                                 nearest = nearest.min(next);
                             }
@@ -61,7 +65,6 @@ macro_rules! search {
                                 let i = mask.trailing_zeros() as usize & 7;
                                 mask &= mask - 1;
                                 stack.push(nearest);
-                                fetch(nodes, blocks, node.children[i]);
                                 nearest = entry(enters[i], node.children[i]);
                             }
                         }

@@ -1,0 +1,68 @@
+//! Planted faults: sets of instructions that are wrong in one thing, which the tests must notice.
+
+use super::super::{
+    Block,
+    node::{Node, WIDTH},
+    ray::TreeRay,
+};
+use super::search::search;
+use crate::triangle::Shear;
+
+/// The edge functions are fused, so that some signs are not those of the whole test.
+pub(super) mod fused {
+    use super::super::plain::Slabs;
+    use super::*;
+
+    struct Edges(Shear);
+
+    impl Edges {
+        fn new(shear: &Shear) -> Self {
+            Self(*shear)
+        }
+
+        fn may_cross(&self, block: &Block) -> u32 {
+            let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.0;
+            (0..LANES).fold(0, |mask, lane| {
+                let [[ax, ay], [bx, by], [cx, cy]] = block.triangle(lane).map(|p| {
+                    let depth = p[z] - origin[z];
+                    [(p[x] - origin[x]) - sx * depth, (p[y] - origin[y]) - sy * depth]
+                });
+                let edges = [cx.mul_add(by, -(cy * bx)), ax.mul_add(cy, -(ay * cx)), bx.mul_add(ay, -(by * ax))];
+                let both = edges.iter().any(|w| *w < 0.0) && edges.iter().any(|w| *w > 0.0);
+                mask | u32::from(!both) << lane
+            })
+        }
+    }
+
+    fn fetch(_nodes: &[Node], _blocks: &[Block], _child: Child) {}
+
+    search!();
+}
+
+/// The padding is taken off the boxes.
+pub(super) mod unpadded {
+    use super::super::plain::{self, Edges};
+    use super::*;
+    use crate::epsilon::TREE_PADDING;
+
+    struct Slabs(plain::Slabs);
+
+    impl Slabs {
+        fn new(ray: &TreeRay) -> Self {
+            Self(plain::Slabs::new(ray))
+        }
+
+        fn meets(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
+            let mut node = *node;
+            for [lower, upper] in &mut node.planes {
+                lower.iter_mut().for_each(|plane| *plane += TREE_PADDING as f32);
+                upper.iter_mut().for_each(|plane| *plane -= TREE_PADDING as f32);
+            }
+            self.0.meets(&node, t_max)
+        }
+    }
+
+    fn fetch(_nodes: &[Node], _blocks: &[Block], _child: Child) {}
+
+    search!();
+}

@@ -18,7 +18,7 @@ pub(crate) struct Shear {
     /// What is taken off X and Y for each unit of Z.
     pub(crate) slope: [f64; 2],
     /// The ray's parameter for each unit of Z.
-    per_z: f64,
+    pub(crate) per_z: f64,
 }
 
 /// Where a ray meets a triangle: parameter and the barycentrics of vertices 1 and 2.

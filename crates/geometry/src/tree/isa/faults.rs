@@ -20,7 +20,7 @@ pub(super) mod fused {
             Self(*shear)
         }
 
-        fn may_cross(&self, block: &Block) -> u32 {
+        fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
             let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.0;
             (0..LANES).fold(0, |mask, lane| {
                 let [[ax, ay], [bx, by], [cx, cy]] = block.triangle(lane).map(|p| {

@@ -86,7 +86,7 @@ impl Edges {
     /// one of them is; then neither is compared as true, and the triangle is kept for the whole test.
     #[target_feature(enable = "neon")]
     #[inline]
-    fn may_cross(&self, block: &Block) -> u32 {
+    fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
         let corners = block.vertices.map(|corner| self.axes.map(|axis| bytemuck::cast::<_, Four>(corner[axis])));
         let pair = |half: usize| {
             let [(ax, ay), (bx, by), (cx, cy)] = corners.map(|corner| {

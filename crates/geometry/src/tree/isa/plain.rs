@@ -56,7 +56,7 @@ impl Edges {
 
     /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
     #[inline]
-    pub(super) fn may_cross(&self, block: &Block) -> u32 {
+    pub(super) fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
         let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
         let mut sheared = [[[0.0; LANES]; 2]; 3];
         for (corner, out) in block.vertices.iter().zip(&mut sheared) {

@@ -98,7 +98,7 @@ macro_rules! search {
             walk::<true>(nodes, blocks, ray, |first, count, mut far| {
                 let block = view(&blocks[first]);
                 let block = block.borrow();
-                let mut mask = edges.may_cross(block) & ((1 << count) - 1);
+                let mut mask = edges.may_cross(block, t_max) & ((1 << count) - 1);
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;
@@ -129,7 +129,7 @@ macro_rules! search {
             walk::<false>(nodes, blocks, ray, |first, count, far| {
                 let block = view(&blocks[first]);
                 let block = block.borrow();
-                let mut mask = edges.may_cross(block) & ((1 << count) - 1);
+                let mut mask = edges.may_cross(block, t_max) & ((1 << count) - 1);
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;

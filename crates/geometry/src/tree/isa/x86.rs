@@ -79,6 +79,7 @@ macro_rules! x86 {
             struct Edges {
                 origin: [__m256d; 3],
                 slope: [__m256d; 2],
+                per_z: __m256d,
                 axes: [usize; 3],
             }
 
@@ -93,16 +94,18 @@ macro_rules! x86 {
                             _mm256_set1_pd(shear.origin[shear.axes[2]]),
                         ],
                         slope: [_mm256_set1_pd(shear.slope[0]), _mm256_set1_pd(shear.slope[1])],
+                        per_z: _mm256_set1_pd(shear.per_z),
                         axes: shear.axes,
                     }
                 }
 
-                /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
+                /// Which triangles the ray may cross up to `t_max`: none that [`Shear::cross`] would find is missing.
                 ///
-                /// Nothing is fused here, so every sign is the one that the whole test sees.
+                /// Nothing is fused here and every operation is one of the whole test, in its order, so every sign and every
+                /// parameter is the one that it sees. Where an edge function is zero, only the whole test knows.
                 #[target_feature(enable = $features)]
                 #[inline]
-                fn may_cross(&self, block: &Block) -> u32 {
+                fn may_cross(&self, block: &Block, t_max: f64) -> u32 {
                     let sheared = |corner: usize| {
                         let along = |i: usize| {
                             let quad: __m256d = bytemuck::cast(block.vertices[corner][self.axes[i]]);
@@ -110,9 +113,9 @@ macro_rules! x86 {
                         };
                         let depth = along(2);
                         let across = |i: usize| _mm256_sub_pd(along(i), _mm256_mul_pd(self.slope[i], depth));
-                        (across(0), across(1))
+                        (across(0), across(1), depth)
                     };
-                    let ((ax, ay), (bx, by), (cx, cy)) = (sheared(0), sheared(1), sheared(2));
+                    let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(0), sheared(1), sheared(2));
                     let wa = _mm256_sub_pd(_mm256_mul_pd(cx, by), _mm256_mul_pd(cy, bx));
                     let wb = _mm256_sub_pd(_mm256_mul_pd(ax, cy), _mm256_mul_pd(ay, cx));
                     let wc = _mm256_sub_pd(_mm256_mul_pd(bx, ay), _mm256_mul_pd(by, ax));
@@ -121,7 +124,23 @@ macro_rules! x86 {
                     let greatest = _mm256_max_pd(_mm256_max_pd(wa, wb), wc);
                     let below = _mm256_cmp_pd::<_CMP_LT_OQ>(least, zero);
                     let above = _mm256_cmp_pd::<_CMP_GT_OQ>(greatest, zero);
-                    !_mm256_movemask_pd(_mm256_and_pd(below, above)) as u32 & 0xF
+                    let inside = !_mm256_movemask_pd(_mm256_and_pd(below, above)) & 0xF;
+                    if inside == 0 {
+                        return 0;
+                    }
+                    let inverse = _mm256_div_pd(_mm256_set1_pd(1.0), _mm256_add_pd(_mm256_add_pd(wa, wb), wc));
+                    let depth = _mm256_add_pd(
+                        _mm256_add_pd(_mm256_mul_pd(wa, az), _mm256_mul_pd(wb, bz)),
+                        _mm256_mul_pd(wc, cz),
+                    );
+                    let t = _mm256_mul_pd(_mm256_mul_pd(depth, self.per_z), inverse);
+                    // Comparisons with NaN are false, which leaves it to the whole test.
+                    let behind = _mm256_cmp_pd::<_CMP_LE_OQ>(t, zero);
+                    let beyond = _mm256_cmp_pd::<_CMP_GT_OQ>(t, _mm256_set1_pd(t_max));
+                    let is_zero = |w| _mm256_cmp_pd::<_CMP_EQ_OQ>(w, zero);
+                    let unsure = _mm256_or_pd(_mm256_or_pd(is_zero(wa), is_zero(wb)), is_zero(wc));
+                    let out = _mm256_movemask_pd(_mm256_andnot_pd(unsure, _mm256_or_pd(behind, beyond)));
+                    (inside & !out) as u32
                 }
             }
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use ergodic_geometry::Isa;
 use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::diagnostics::Moments;
 use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
-use ergodic_pathspace::{Path, Scene};
+use ergodic_pathspace::{Path, Scene, View};
 use ergodic_render::{
     Budget, Direct, FilterSettings, Method, MltReport, Replayed, Settings, Unobserved, render, render_with_mixture,
     replay,
@@ -37,6 +38,29 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
             assert_eq!(one, picture(8, 1), "{name} {method:?}");
             assert_ne!(one, picture(1, 2), "{name} {method:?}: the seed changes nothing");
         }
+    }
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_with_any_instructions() {
+    let size = (24, 16);
+    for name in ["cornell", "glass"] {
+        let description = description(name);
+        let view = View { camera: description.cameras[0].clone(), width: size.0, height: size.1, margin: 0.0 };
+        let picture = |isa: Isa, seed| {
+            let scene = Scene::new(description.clone(), &view).unwrap().with_isa(isa);
+            let rendering =
+                render(&Arc::new(scene), &Settings { seed, ..settings(Method::Mlt, size, 200.0) }, &Unobserved);
+            let rendering = rendering.unwrap();
+            assert_eq!(rendering.instructions, isa.name());
+            rendering.picture
+        };
+        let all = Isa::available();
+        let plain = picture(all[0], 1);
+        for isa in &all[1..] {
+            assert_eq!(plain, picture(*isa, 1), "{name} {}", isa.name());
+        }
+        assert_ne!(plain, picture(all[0], 2), "{name}: the seed changes nothing");
     }
 }
 

@@ -27,6 +27,8 @@ pub struct Stats {
     /// Wall time in seconds, seeding included, loading and writing not.
     wall_seconds: f64,
     threads: usize,
+    /// Instructions that rays were searched with: the best of the processor, or what ERGODIC_ISA names.
+    instructions: &'static str,
     /// Samples, or mutations, for each pixel.
     samples_per_pixel: f64,
     rays: u64,
@@ -277,6 +279,7 @@ impl Stats {
             seed: settings.seed,
             wall_seconds: rendering.seconds,
             threads: rendering.threads,
+            instructions: rendering.instructions,
             samples_per_pixel: rendering.samples_per_pixel,
             rays: rendering.counts.rays,
             rays_per_second: rate(rendering.counts.rays, rendering.seconds),

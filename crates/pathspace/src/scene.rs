@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_geometry::{Hit, Instance, Mesh, Ray, World, spawn_offset};
+use ergodic_geometry::{Hit, Instance, Isa, Mesh, Ray, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
     Bsdf, Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
@@ -169,6 +169,13 @@ impl Scene {
             light_media,
             free_space,
         })
+    }
+
+    /// The same scene, searched with other instructions; nothing else changes, to the bit.
+    #[must_use]
+    pub fn with_isa(mut self, isa: Isa) -> Self {
+        self.world = self.world.with_isa(isa);
+        self
     }
 
     /// The geometry.

@@ -55,6 +55,8 @@ pub struct Rendering {
     pub seconds: f64,
     /// Threads used.
     pub threads: usize,
+    /// Instructions that rays were searched with; the picture does not depend on them.
+    pub instructions: &'static str,
     /// What was traced and left out.
     pub counts: Counts,
     /// Samples taken in each pixel (path, bidirectional) or mutations a pixel (mlt).
@@ -171,6 +173,7 @@ fn independent(
         method: settings.method,
         seconds: 0.0,
         threads: 0,
+        instructions: scene.world().isa().name(),
         counts: sampled.counts,
         samples_per_pixel: sampled.passes as f64,
         mlt: None,
@@ -194,6 +197,7 @@ where
         method: settings.method,
         seconds: 0.0,
         threads: 0,
+        instructions: scene.world().isa().name(),
         counts: rendered.counts,
         samples_per_pixel: rendered.report.mutations as f64 / scene.camera().image_area_pixels(),
         mlt: Some(rendered.report),

@@ -19,6 +19,6 @@ fn cargo(arguments: &[&str]) -> Result<(), String> {
 ///
 /// Whatever fails first.
 pub fn run() -> Result<(), String> {
-    cargo(&["test", "--release", "--workspace", "--no-fail-fast"])?;
+    cargo(&["test", "--profile", "tests", "--workspace", "--no-fail-fast"])?;
     cargo(&["run", "--release", "--package", "ergodic", "--", "verify", "--budget", "full"])
 }

@@ -8,7 +8,7 @@ use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Flow, FlowVerdict, Invariance};
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
 use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
-use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, contribution};
+use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, Vertex, contribution};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
 use ergodic_tests::{PathSource, nightly, space};
@@ -64,6 +64,11 @@ fn the_way_back_has_support_and_balance_is_detailed() {
                 assert_eq!(again.edges, y.edges, "{name} {}", mutation.name());
                 assert_eq!(again.scattering, y.scattering, "{name} {}", mutation.name());
                 assert!(y.raster.is_some() && again.raster == y.raster);
+                // The ends are those of x, whatever the buffer held before.
+                let kept = |a: &Vertex, b: &Vertex| a.position == b.position && a.interaction.ng == b.interaction.ng;
+                let ends = |path: &Path| path.vertices.len() - plan.suffix;
+                assert!(x.vertices[..plan.prefix].iter().zip(&y.vertices).all(|(a, b)| kept(a, b)));
+                assert!(x.vertices[ends(&x)..].iter().zip(&y.vertices[ends(&y)..]).all(|(a, b)| kept(a, b)));
                 // What was kept of x where it no longer holds would be seen.
                 stale_is_seen += u32::from(again.scattering != x.scattering && again.edges != x.edges);
                 if backward == f64::NEG_INFINITY {
@@ -82,7 +87,7 @@ fn the_way_back_has_support_and_balance_is_detailed() {
                     mutation.name()
                 );
             }
-            assert!(stale_is_seen > tried / 2, "{name} {}: {stale_is_seen} of {tried}", mutation.name());
+            assert!(2 * stale_is_seen >= tried, "{name} {}: {stale_is_seen} of {tried}", mutation.name());
             println!("{name} {}: {suitable} suitable, {tried} tried, {one_way} without a way back", mutation.name());
             // Only the caustic perturbation has ranges that depend on the path, so only it may lose the way back.
             let allowed = if matches!(mutation, AnyMutation::Caustic(_)) { tried / 5 } else { 0 };

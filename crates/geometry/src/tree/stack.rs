@@ -2,8 +2,8 @@
 
 use super::node::Child;
 
-/// Entries without an allocation: far more than a well-made tree needs.
-const USUAL: usize = 64;
+/// Entries without an allocation: more than a well-made tree needs, and few enough to be cleared in a few stores.
+const USUAL: usize = 32;
 
 /// A child with the ray's parameter where it enters its box, as one number, so that the order of numbers is that of the
 /// parameters: they are not negative, and the bits of such floats are ordered as they are.

@@ -124,7 +124,7 @@ impl Baked {
     pub(crate) fn any(&self, isa: Isa, shear: &Shear, ray: &Ray, t_max: f64) -> bool {
         let TriangleTree { cube, tree, blocks, .. } = &self.0;
         TreeRay::new(cube.point(ray.origin), cube.vector(ray.direction), t_max)
-            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| block).is_some())
+            .is_some_and(|tree_ray| isa.any(&tree.nodes, &tree_ray, shear, t_max, blocks, |block| block))
     }
 }
 
@@ -208,7 +208,7 @@ impl Shared {
             let placement = &placements[member.instance as usize];
             let TriangleTree { tree, blocks, .. } = &self.prototypes[member.prototype].triangles;
             TreeRay::new(origin, direction, t_max).is_some_and(|member_ray| {
-                isa.any(&tree.nodes, &member_ray, shear, t_max, blocks, |block| block.placed(placement)).is_some()
+                isa.any(&tree.nodes, &member_ray, shear, t_max, blocks, |block| block.placed(placement))
             })
         })
     }

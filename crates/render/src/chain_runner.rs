@@ -98,7 +98,7 @@ impl Ledger {
     pub fn new(settings: &Settings, names: &[&'static str]) -> Self {
         Self {
             splats: SplatBuffer::new(),
-            mutations: names.iter().map(|name| MutationStatistics::new(name, settings.max_edges)).collect(),
+            mutations: MutationStatistics::of_members(names, settings.max_edges),
             faults: Vec::new(),
             none_suitable: 0,
             visits: settings.mlt.layers.then(|| VisitBuffer::new(settings.size)),

@@ -155,7 +155,7 @@ where
         run(&mut work, &mut sums, mixture, &space, settings.budget, (settings.size, chains), start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
 
-    let mut statistics = new_statistics(names, settings.max_edges);
+    let mut statistics = MutationStatistics::of_members(names, settings.max_edges);
     let mut faults = Vec::new();
     let steps = if chains > 0 { mutations / chains as u64 } else { 0 };
     for Batch { runners, ledger, .. } in &mut work {
@@ -206,10 +206,6 @@ pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
         Direct::Separate { .. } => settings.min_edges.max(DIRECT_EDGES + 1),
     };
     Lengths { min_edges, max_edges: settings.max_edges }
-}
-
-fn new_statistics(names: &[&'static str], max_edges: usize) -> Vec<MutationStatistics> {
-    names.iter().map(|name| MutationStatistics::new(name, max_edges)).collect()
 }
 
 /// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.

@@ -111,6 +111,11 @@ impl MutationStatistics {
         Self { name, by_class: vec![none; CLASSES], longer }
     }
 
+    /// Empty tallies for each member of a mixture, by their names.
+    pub(crate) fn of_members(names: &[&'static str], max_edges: usize) -> Vec<Self> {
+        names.iter().map(|name| Self::new(name, max_edges)).collect()
+    }
+
     /// Bytes of the tallies for paths of at most `max_edges` edges.
     pub(crate) const fn bytes(max_edges: usize) -> usize {
         (CLASSES + max_edges.saturating_sub(CLASSIFIED_EDGES as usize)) * size_of::<Tally>()

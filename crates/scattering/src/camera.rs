@@ -97,6 +97,8 @@ impl Camera {
     }
 
     /// The raster position that sees `direction` and the responsivity W_e in 1/sr there; `None` where [`Self::raster`] is.
+    ///
+    /// 1/cos^3 of the angle with the axis is the ratio of area on the plane at unit distance to solid angle.
     #[inline]
     pub fn seen(&self, direction: DVec3) -> Option<(DVec2, f64)> {
         let raster = self.raster(direction)?;
@@ -104,21 +106,11 @@ impl Camera {
         Some((raster, 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y)))
     }
 
-    /// 1/cos^3 of the angle with the axis: the ratio of area on the plane at unit distance to solid angle. 0 outside.
-    #[inline]
-    fn plane_area_per_solid_angle(&self, direction: DVec3) -> f64 {
-        if self.raster(direction).is_none() {
-            return 0.0;
-        }
-        let cos = direction.dot(self.forward);
-        1.0 / (cos * cos * cos)
-    }
-
     /// W_e in 1/sr: with it the integral of incident radiance over directions is the mean of the image. A pinhole has no
     /// normal, so no cosine at the camera goes with it. 0 outside the raster domain.
     #[inline]
     pub fn responsivity(&self, direction: DVec3) -> f64 {
-        self.plane_area_per_solid_angle(direction) / (self.extent.x * self.extent.y)
+        self.seen(direction).map_or(0.0, |(_, responsivity)| responsivity)
     }
 
     /// |d raster area / d solid angle| in pixels^2/sr.

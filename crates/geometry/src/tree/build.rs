@@ -1,5 +1,5 @@
 //! From boxes to a tree: obvhs builds a binary one (PLOC, Meister and Bittner 2018, with reinsertion), which is made wide here
-//! by opening the largest child until a node is full (Wald, Benthin and Boulos 2008).
+//! at the least cost (Ylitie, Karras and Laine 2017).
 
 use std::time::Duration;
 

@@ -150,7 +150,7 @@ impl Isa {
         dispatch!(self, closest(nodes, ray, shear, t_max, blocks, view, take))
     }
 
-    /// The slot of any triangle that is crossed nearer than `t_max`.
+    /// Whether any triangle is crossed nearer than `t_max`.
     #[inline]
     pub(crate) fn any<'b, B: Borrow<Block>>(
         self,
@@ -160,7 +160,7 @@ impl Isa {
         t_max: f64,
         blocks: &'b [Block],
         view: impl Fn(&'b Block) -> B,
-    ) -> Option<usize> {
+    ) -> bool {
         dispatch!(self, any(nodes, ray, shear, t_max, blocks, view))
     }
 

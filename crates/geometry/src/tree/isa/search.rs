@@ -113,7 +113,7 @@ macro_rules! search {
             });
         }
 
-        /// The slot of any triangle that is crossed nearer than `t_max`.
+        /// Whether any triangle is crossed nearer than `t_max`.
         $($(#[$features])+)?
         #[inline]
         pub(crate) fn any<'b, B: Borrow<Block>>(
@@ -123,9 +123,8 @@ macro_rules! search {
             t_max: f64,
             blocks: &'b [Block],
             view: impl Fn(&'b Block) -> B,
-        ) -> Option<usize> {
+        ) -> bool {
             let edges = Edges::new(shear);
-            let mut found = None;
             walk::<false>(nodes, blocks, ray, |first, count, far| {
                 let block = view(&blocks[first]);
                 let block = block.borrow();
@@ -134,13 +133,11 @@ macro_rules! search {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;
                     if shear.cross(&block.triangle(lane), t_max).is_some() {
-                        found = Some(first * LANES + lane);
                         return None;
                     }
                 }
                 Some(far)
-            });
-            found
+            })
         }
 
         /// Calls `look` for the primitives whose boxes the ray meets, until it returns true; it may lower the greatest parameter.

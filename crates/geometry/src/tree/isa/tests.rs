@@ -211,7 +211,7 @@ fn all_search_a_tree_made_by_hand_alike() {
             );
             assert_eq!(nearest, truth, "{isa:?}");
             let found = isa.any(&nodes, &ray, &shear, f64::MAX, &blocks, |block| block);
-            assert_eq!(found.is_some(), truth.is_some(), "{isa:?}");
+            assert_eq!(found, truth.is_some(), "{isa:?}");
             let mut looked_at = Vec::new();
             isa.members(&nodes, &ray, |place, _| {
                 looked_at.push(place as u32);

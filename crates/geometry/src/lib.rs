@@ -16,6 +16,7 @@ mod places;
 mod surface;
 mod tree;
 mod triangle;
+mod turn;
 mod world;
 
 pub use epsilon::spawn_offset;
@@ -24,4 +25,5 @@ pub use frame::Frame;
 pub use mesh::Mesh;
 pub use surface::Surface;
 pub use tree::Isa;
+pub use turn::{sin_cos_eighth, sin_cos_turns};
 pub use world::{Anchor, Hit, Instance, Ray, World};

@@ -12,6 +12,7 @@ pub(crate) type Triangle = [DVec3; 3];
 /// component of its direction.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
+    /// In the order of `axes`.
     pub(crate) origin: [f64; 3],
     /// The axes X, Y and Z of the sheared space.
     pub(crate) axes: [usize; 3],
@@ -29,6 +30,10 @@ pub(crate) struct Crossing {
     pub v: f64,
 }
 
+/// The axes X, Y and Z of the sheared space by the axis that becomes Z. Not a constant, which would be written to the stack for
+/// each ray, number by number, and read back two at a time, which processors wait for.
+static AXES: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+
 /// The axis of the largest component.
 #[inline]
 fn major_axis(direction: DVec3) -> usize {
@@ -45,11 +50,11 @@ fn major_axis(direction: DVec3) -> usize {
 impl Shear {
     #[inline]
     pub(crate) fn new(origin: DVec3, direction: DVec3) -> Self {
-        let z = major_axis(direction);
-        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][z];
-        let d = direction.to_array();
-        let per_z = 1.0 / d[z];
-        Self { origin: origin.to_array(), axes, slope: [d[axes[0]] * per_z, d[axes[1]] * per_z], per_z }
+        let axes = AXES[major_axis(direction)];
+        let [d, o] = [direction.to_array(), origin.to_array()];
+        let [dx, dy, dz] = axes.map(|axis| d[axis]);
+        let per_z = 1.0 / dz;
+        Self { origin: axes.map(|axis| o[axis]), axes, slope: [dx * per_z, dy * per_z], per_z }
     }
 
     /// A vertex in the sheared space. It depends on the ray and the vertex alone, so all triangles around the vertex see
@@ -57,7 +62,7 @@ impl Shear {
     #[inline(always)]
     fn vertex(&self, vertex: DVec3) -> [f64; 3] {
         let p = vertex.to_array();
-        let [x, y, z] = self.axes.map(|axis| p[axis] - self.origin[axis]);
+        let [x, y, z] = [0, 1, 2].map(|i| p[self.axes[i]] - self.origin[i]);
         [x - self.slope[0] * z, y - self.slope[1] * z, z]
     }
 

@@ -1,6 +1,6 @@
 //! The perturbation sizes of Veach 11.4.3: radii whose logarithm is uniform, on the image plane and around a direction.
 
-use ergodic_geometry::Frame;
+use ergodic_geometry::{Frame, sin_cos_turns};
 use ergodic_metropolis::RandomSource;
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
@@ -12,6 +12,9 @@ pub(crate) struct JumpRange {
     min: f64,
     max: f64,
     ln_ratio: f64,
+    /// The range as seen from outside.
+    least: f64,
+    most: f64,
 }
 
 /// A size recomputed from two paths may differ from the size drawn by rounding; ranges are this much wider when looked
@@ -22,14 +25,19 @@ impl JumpRange {
     /// Sizes from `min` to `max`, 0 < min < max.
     #[inline]
     pub(crate) fn new(min: f64, max: f64) -> Self {
-        Self { min, max, ln_ratio: ln_ratio(min, max) }
+        Self::with_ratio(min, max, ln_ratio(min, max))
+    }
+
+    #[inline]
+    fn with_ratio(min: f64, max: f64, ln_ratio: f64) -> Self {
+        Self { min, max, ln_ratio, least: min * (1.0 - SLACK), most: max * (1.0 + SLACK) }
     }
 
     /// The range with both ends multiplied by `factor`, the largest size at most `most` and the smallest at most a tenth of it.
     #[inline]
     pub(crate) fn scaled(&self, factor: f64, most: f64) -> Self {
         let (min, max) = (self.min * factor, self.max * factor);
-        if max <= most { Self { min, max, ln_ratio: self.ln_ratio } } else { Self::new(min.min(most * 0.1), most) }
+        if max <= most { Self::with_ratio(min, max, self.ln_ratio) } else { Self::new(min.min(most * 0.1), most) }
     }
 
     #[inline]
@@ -39,14 +47,15 @@ impl JumpRange {
 
     #[inline]
     fn contains(&self, size: f64) -> bool {
-        size >= self.min * (1.0 - SLACK) && size <= self.max * (1.0 + SLACK)
+        size >= self.least && size <= self.most
     }
 
     /// A displacement in the plane, the angle uniform.
     #[inline]
     pub(crate) fn displace(&self, rng: &mut impl RandomSource) -> DVec2 {
         let size = self.size(rng.uniform());
-        DVec2::from_angle(TAU * rng.uniform()) * size
+        let (sin, cos) = sin_cos_turns(rng.uniform());
+        DVec2::new(cos, sin) * size
     }
 
     /// Density of a displacement per unit area: 1 / (2π r² ln(r₂/r₁)).
@@ -54,15 +63,18 @@ impl JumpRange {
     pub(crate) fn pdf_area(&self, displacement: DVec2) -> f64 {
         // Squares need no root.
         let square = displacement.length_squared();
-        let (min, max) = (self.min * (1.0 - SLACK), self.max * (1.0 + SLACK));
-        if square >= min * min && square <= max * max { 1.0 / (TAU * square * self.ln_ratio) } else { 0.0 }
+        if square >= self.least * self.least && square <= self.most * self.most {
+            1.0 / (TAU * square * self.ln_ratio)
+        } else {
+            0.0
+        }
     }
 
     /// A unit direction turned from `w` by an angle drawn from the range.
     #[inline]
     pub(crate) fn turn(&self, w: DVec3, rng: &mut impl RandomSource) -> DVec3 {
         let theta = self.size(rng.uniform());
-        let (sin_phi, cos_phi) = (TAU * rng.uniform()).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_turns(rng.uniform());
         let (sin, cos) = theta.sin_cos();
         let frame = Frame::from_normal(w);
         (frame.t * (sin * cos_phi) + frame.b * (sin * sin_phi) + w * cos).normalize()
@@ -78,8 +90,15 @@ impl JumpRange {
     /// Density of a turned direction per solid angle: 1 / (2π θ sin θ ln(θ₂/θ₁)).
     #[inline]
     pub(crate) fn pdf_solid_angle(&self, from: DVec3, to: DVec3) -> f64 {
-        let theta = angle_between(from, to);
-        if self.contains(theta) && theta < PI { 1.0 / (TAU * theta * theta.sin() * self.ln_ratio) } else { 0.0 }
+        let half_sine = half_sine_between(from, to);
+        let theta = 2.0 * half_sine.asin();
+        if self.contains(theta) && theta < PI {
+            // sin θ = 2 sin(θ/2) cos(θ/2)
+            let sine = 2.0 * half_sine * (1.0 - half_sine * half_sine).sqrt();
+            1.0 / (TAU * theta * sine * self.ln_ratio)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -105,8 +124,14 @@ fn ln_ratio(min: f64, max: f64) -> f64 {
 /// The angle between two unit vectors by 2 asin(|a - b| / 2), which keeps its relative accuracy for small angles where
 /// acos of the dot product has none.
 #[inline]
-pub(crate) fn angle_between(a: DVec3, b: DVec3) -> f64 {
-    2.0 * ((a - b).length() * 0.5).min(1.0).asin()
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    2.0 * half_sine_between(a, b).asin()
+}
+
+/// The sine of half the angle between two unit vectors.
+#[inline]
+fn half_sine_between(a: DVec3, b: DVec3) -> f64 {
+    ((a - b).length() * 0.5).min(1.0)
 }
 
 #[cfg(test)]

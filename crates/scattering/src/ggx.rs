@@ -2,8 +2,9 @@
 //!
 //! Directions are local, on the side z > 0. Walter et al. 2007; Heitz 2014 (masking); Dupuy and Benyoub 2023 (sampling).
 
-use std::f64::consts::{FRAC_1_PI, TAU};
+use std::f64::consts::FRAC_1_PI;
 
+use ergodic_geometry::sin_cos_turns;
 use glam::DVec3;
 
 /// Surfaces with a smaller alpha are perfectly smooth: their specular lobes are Dirac. The lobe would be narrower than any
@@ -55,7 +56,7 @@ pub(crate) fn sample_visible(alpha: f64, w: DVec3, u: [f64; 2]) -> DVec3 {
     let above = (1.0 - w.z) + (1.0 - u[0]) * (1.0 + w.z);
     let below = u[0] * (1.0 + w.z);
     let radius = (above * below).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
+    let (sin, cos) = sin_cos_turns(u[1]);
     let half = DVec3::new(radius * cos + w.x, radius * sin + w.y, (1.0 - u[0]) * (1.0 + w.z));
     DVec3::new(alpha * half.x, alpha * half.y, half.z).normalize()
 }
@@ -63,6 +64,7 @@ pub(crate) fn sample_visible(alpha: f64, w: DVec3, u: [f64; 2]) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     /// D through the slope, with nothing to cancel: tan^2 theta given.
     fn reference(alpha: f64, theta: f64) -> f64 {

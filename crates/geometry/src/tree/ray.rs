@@ -26,7 +26,7 @@ const USUAL: std::ops::Range<f64> = 1e-6..1e6;
 
 impl TreeRay {
     /// The part 0 <= t <= `t_max` of a ray given in the cube's coordinates; `None` if it misses the cube.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(mut origin: DVec3, direction: DVec3, t_max: f64) -> Option<Self> {
         let largest = direction.abs().max_element();
         let mut scale = 1.0;

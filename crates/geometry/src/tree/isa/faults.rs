@@ -21,11 +21,11 @@ pub(super) mod fused {
         }
 
         fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
-            let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.0;
+            let Shear { origin: [ox, oy, oz], axes: [x, y, z], slope: [sx, sy], .. } = self.0;
             (0..LANES).fold(0, |mask, lane| {
                 let [[ax, ay], [bx, by], [cx, cy]] = block.triangle(lane).map(|p| {
-                    let depth = p[z] - origin[z];
-                    [(p[x] - origin[x]) - sx * depth, (p[y] - origin[y]) - sy * depth]
+                    let depth = p[z] - oz;
+                    [(p[x] - ox) - sx * depth, (p[y] - oy) - sy * depth]
                 });
                 let edges = [cx.mul_add(by, -(cy * bx)), ax.mul_add(cy, -(ay * cx)), bx.mul_add(ay, -(by * ax))];
                 let both = edges.iter().any(|w| *w < 0.0) && edges.iter().any(|w| *w > 0.0);

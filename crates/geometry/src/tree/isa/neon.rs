@@ -72,7 +72,7 @@ impl Edges {
     #[target_feature(enable = "neon")]
     #[inline]
     fn new(shear: &Shear) -> Self {
-        let origin = |axis: usize| vdupq_n_f64(shear.origin[shear.axes[axis]]);
+        let origin = |axis: usize| vdupq_n_f64(shear.origin[axis]);
         Self {
             origin: [origin(0), origin(1), origin(2)],
             slope: [vdupq_n_f64(shear.slope[0]), vdupq_n_f64(shear.slope[1])],

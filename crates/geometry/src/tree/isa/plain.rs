@@ -57,13 +57,13 @@ impl Edges {
     /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
     #[inline]
     pub(super) fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
-        let Shear { origin, axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
+        let Shear { origin: [ox, oy, oz], axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
         let mut sheared = [[[0.0; LANES]; 2]; 3];
         for (corner, out) in block.vertices.iter().zip(&mut sheared) {
             for i in 0..LANES {
-                let depth = corner[z][i] - origin[z];
-                out[0][i] = (corner[x][i] - origin[x]) - sx * depth;
-                out[1][i] = (corner[y][i] - origin[y]) - sy * depth;
+                let depth = corner[z][i] - oz;
+                out[0][i] = (corner[x][i] - ox) - sx * depth;
+                out[1][i] = (corner[y][i] - oy) - sy * depth;
             }
         }
         let [[ax, ay], [bx, by], [cx, cy]] = sheared;

@@ -89,9 +89,9 @@ macro_rules! x86 {
                 fn new(shear: &Shear) -> Self {
                     Self {
                         origin: [
-                            _mm256_set1_pd(shear.origin[shear.axes[0]]),
-                            _mm256_set1_pd(shear.origin[shear.axes[1]]),
-                            _mm256_set1_pd(shear.origin[shear.axes[2]]),
+                            _mm256_set1_pd(shear.origin[0]),
+                            _mm256_set1_pd(shear.origin[1]),
+                            _mm256_set1_pd(shear.origin[2]),
                         ],
                         slope: [_mm256_set1_pd(shear.slope[0]), _mm256_set1_pd(shear.slope[1])],
                         per_z: _mm256_set1_pd(shear.per_z),

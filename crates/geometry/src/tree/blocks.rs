@@ -3,7 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-use crate::{placement::Placement, triangle::Triangle};
+use crate::placement::Placement;
+use crate::triangle::{Crossing, Triangle};
 
 /// Triangles of a block.
 pub(crate) const LANES: usize = 4;
@@ -24,6 +25,32 @@ pub(crate) struct Block {
 /// Which instance, and which of its triangles. The order breaks ties between hits at the same t, so that the answer does not
 /// depend on the order of the search.
 pub(crate) type Owner = [u32; 2];
+
+/// What a set of instructions finds out about a ray and the triangles of a block at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Crossings {
+    /// The lanes whose triangles may be crossed: none that the whole test would find is missing.
+    pub(crate) possible: u32,
+    /// Those of them that are crossed, with the bits of the whole test below.
+    pub(crate) certain: u32,
+    pub(crate) t: Quad,
+    pub(crate) u: Quad,
+    pub(crate) v: Quad,
+}
+
+impl Crossings {
+    /// Lanes that only the whole test can tell about.
+    #[inline(always)]
+    pub(crate) fn possible(lanes: u32) -> Self {
+        Self { possible: lanes, certain: 0, t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES] }
+    }
+
+    /// What is known of a certain lane.
+    #[inline(always)]
+    pub(crate) fn at(&self, lane: usize) -> Crossing {
+        Crossing { t: self.t[lane], u: self.u[lane], v: self.v[lane] }
+    }
+}
 
 impl Block {
     pub(crate) fn set(&mut self, lane: usize, triangle: &Triangle, owner: Owner) {

@@ -20,9 +20,9 @@ pub(super) mod fused {
             Self(*shear)
         }
 
-        fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
+        fn cross(&self, block: &Block, _t_max: f64) -> Crossings {
             let Shear { origin: [ox, oy, oz], axes: [x, y, z], slope: [sx, sy], .. } = self.0;
-            (0..LANES).fold(0, |mask, lane| {
+            let lanes = (0..LANES).fold(0, |mask, lane| {
                 let [[ax, ay], [bx, by], [cx, cy]] = block.triangle(lane).map(|p| {
                     let depth = p[z] - oz;
                     [(p[x] - ox) - sx * depth, (p[y] - oy) - sy * depth]
@@ -30,7 +30,48 @@ pub(super) mod fused {
                 let edges = [cx.mul_add(by, -(cy * bx)), ax.mul_add(cy, -(ay * cx)), bx.mul_add(ay, -(by * ax))];
                 let both = edges.iter().any(|w| *w < 0.0) && edges.iter().any(|w| *w > 0.0);
                 mask | u32::from(!both) << lane
-            })
+            });
+            Crossings::possible(lanes)
+        }
+    }
+
+    fn fetch(_nodes: &[Node], _blocks: &[Block], _child: Child) {}
+
+    search!();
+}
+
+/// Where an edge function is zero, a crossing is taken for certain all the same.
+pub(super) mod hasty {
+    use super::super::plain::Slabs;
+    use super::*;
+
+    struct Edges(Shear);
+
+    impl Edges {
+        fn new(shear: &Shear) -> Self {
+            Self(*shear)
+        }
+
+        fn cross(&self, block: &Block, t_max: f64) -> Crossings {
+            let Shear { origin: [ox, oy, oz], axes: [x, y, z], slope: [sx, sy], per_z } = self.0;
+            let mut crossings = Crossings::possible(0);
+            for lane in 0..LANES {
+                let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = block.triangle(lane).map(|p| {
+                    let depth = p[z] - oz;
+                    [(p[x] - ox) - sx * depth, (p[y] - oy) - sy * depth, depth]
+                });
+                let edges = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+                let both = edges.iter().any(|w| *w < 0.0) && edges.iter().any(|w| *w > 0.0);
+                let [wa, wb, wc] = edges;
+                let inverse = 1.0 / (wa + wb + wc);
+                let t = (wa * az + wb * bz + wc * cz) * per_z * inverse;
+                if !both && t > 0.0 && t <= t_max {
+                    crossings.possible |= 1 << lane;
+                    crossings.certain |= 1 << lane;
+                    (crossings.t[lane], crossings.u[lane], crossings.v[lane]) = (t, wb * inverse, wc * inverse);
+                }
+            }
+            crossings
         }
     }
 

@@ -39,6 +39,8 @@ enum Kind {
     #[cfg(test)]
     Fused,
     #[cfg(test)]
+    Hasty,
+    #[cfg(test)]
     Unpadded,
 }
 
@@ -61,6 +63,8 @@ macro_rules! dispatch {
             Kind::Neon => unsafe { neon::$search($($argument),*) },
             #[cfg(test)]
             Kind::Fused => faults::fused::$search($($argument),*),
+            #[cfg(test)]
+            Kind::Hasty => faults::hasty::$search($($argument),*),
             #[cfg(test)]
             Kind::Unpadded => faults::unpadded::$search($($argument),*),
         }
@@ -130,6 +134,8 @@ impl Isa {
             Kind::Neon => "neon",
             #[cfg(test)]
             Kind::Fused => "fused",
+            #[cfg(test)]
+            Kind::Hasty => "hasty",
             #[cfg(test)]
             Kind::Unpadded => "unpadded",
         }

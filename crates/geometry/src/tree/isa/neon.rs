@@ -80,13 +80,13 @@ impl Edges {
         }
     }
 
-    /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
+    /// Which triangles the line may cross; where, is left to [`Shear::cross`].
     ///
     /// Nothing is fused here, so every sign is the one that the whole test sees. The least and the greatest of numbers are NaN if
     /// one of them is; then neither is compared as true, and the triangle is kept for the whole test.
     #[target_feature(enable = "neon")]
     #[inline]
-    fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
+    fn cross(&self, block: &Block, _t_max: f64) -> Crossings {
         let corners = block.vertices.map(|corner| self.axes.map(|axis| bytemuck::cast::<_, Four>(corner[axis])));
         let pair = |half: usize| {
             let [(ax, ay), (bx, by), (cx, cy)] = corners.map(|corner| {
@@ -104,7 +104,7 @@ impl Edges {
             let bits: uint64x2_t = bytemuck::cast([1u64, 2]);
             vaddvq_u64(vandq_u64(vandq_u64(below, above), bits)) as u32
         };
-        !(pair(0) | pair(1) << 2) & 0xF
+        Crossings::possible(!(pair(0) | pair(1) << 2) & 0xF)
     }
 }
 

@@ -54,9 +54,9 @@ impl Edges {
         Self { shear: *shear }
     }
 
-    /// Which triangles the line may cross: none that [`Shear::cross`] would find is missing.
+    /// Which triangles the line may cross; where, is left to [`Shear::cross`].
     #[inline]
-    pub(super) fn may_cross(&self, block: &Block, _t_max: f64) -> u32 {
+    pub(super) fn cross(&self, block: &Block, _t_max: f64) -> Crossings {
         let Shear { origin: [ox, oy, oz], axes: [x, y, z], slope: [sx, sy], .. } = self.shear;
         let mut sheared = [[[0.0; LANES]; 2]; 3];
         for (corner, out) in block.vertices.iter().zip(&mut sheared) {
@@ -76,7 +76,7 @@ impl Edges {
             let above = wa > 0.0 || wb > 0.0 || wc > 0.0;
             mask |= u32::from(!(below && above)) << i;
         }
-        mask
+        Crossings::possible(mask)
     }
 }
 

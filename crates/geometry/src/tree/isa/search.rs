@@ -8,7 +8,7 @@ macro_rules! search {
         use std::borrow::Borrow;
 
         use crate::tree::{
-            blocks::{LANES, Owner},
+            blocks::{Crossings, LANES, Owner},
             node::Child,
             stack::{Stack, child_of, enters_at, entry},
         };
@@ -98,11 +98,18 @@ macro_rules! search {
             walk::<true>(nodes, blocks, ray, |first, count, mut far| {
                 let block = view(&blocks[first]);
                 let block = block.borrow();
-                let mut mask = edges.may_cross(block, t_max) & ((1 << count) - 1);
+                let crossings: Crossings = edges.cross(block, t_max);
+                let mut mask = crossings.possible & ((1 << count) - 1);
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;
-                    if let Some(crossing) = shear.cross(&block.triangle(lane), t_max)
+                    let crossing = if crossings.certain >> lane & 1 == 1 {
+                        // It was certain for the t_max before.
+                        Some(crossings.at(lane)).filter(|crossing| crossing.t <= t_max)
+                    } else {
+                        shear.cross(&block.triangle(lane), t_max)
+                    };
+                    if let Some(crossing) = crossing
                         && let Some(t) = take(crossing, block.owners[lane])
                     {
                         t_max = t;
@@ -128,7 +135,12 @@ macro_rules! search {
             walk::<false>(nodes, blocks, ray, |first, count, far| {
                 let block = view(&blocks[first]);
                 let block = block.borrow();
-                let mut mask = edges.may_cross(block, t_max) & ((1 << count) - 1);
+                let lanes = (1 << count) - 1;
+                let crossings: Crossings = edges.cross(block, t_max);
+                if crossings.certain & lanes != 0 {
+                    return None;
+                }
+                let mut mask = crossings.possible & lanes;
                 while mask != 0 {
                     let lane = mask.trailing_zeros() as usize & (LANES - 1);
                     mask &= mask - 1;

@@ -224,8 +224,8 @@ fn all_search_a_tree_made_by_hand_alike() {
 }
 
 #[test]
-fn planted_faults_fused_edges_and_boxes_without_padding_are_noticed() {
-    let (errors, _) = errors(&[Isa(Kind::Fused), Isa(Kind::Unpadded)], 4000);
+fn planted_faults_fused_or_hasty_edges_and_boxes_without_padding_are_noticed() {
+    let (errors, _) = errors(&[Isa(Kind::Fused), Isa(Kind::Hasty), Isa(Kind::Unpadded)], 4000);
     assert!(errors.iter().all(|count| *count > 5), "{errors:?}");
 }
 
@@ -236,7 +236,7 @@ fn names_are_those_of_what_there_is() {
     }
     assert_eq!(Isa::named(""), Ok(Isa::best()));
     assert_eq!(Isa::named("plain"), Ok(Isa(Kind::Plain)));
-    for wrong in ["AVX2", "avx3", "best", "fused", "unpadded", " plain"] {
+    for wrong in ["AVX2", "avx3", "best", "fused", "hasty", "unpadded", " plain"] {
         let error = Isa::named(wrong).unwrap_err();
         assert!(error.to_string().contains(wrong) && error.to_string().contains("plain"), "{error}");
     }

@@ -99,13 +99,13 @@ macro_rules! x86 {
                     }
                 }
 
-                /// Which triangles the ray may cross up to `t_max`: none that [`Shear::cross`] would find is missing.
+                /// Which triangles the ray crosses up to `t_max`, and where.
                 ///
-                /// Nothing is fused here and every operation is one of the whole test, in its order, so every sign and every
-                /// parameter is the one that it sees. Where an edge function is zero, only the whole test knows.
+                /// Nothing is fused here and every operation is one of the whole test, [`Shear::cross`], in its order, so every
+                /// sign and every number is the one that it sees. Where an edge function is zero, only the whole test knows.
                 #[target_feature(enable = $features)]
                 #[inline]
-                fn may_cross(&self, block: &Block, t_max: f64) -> u32 {
+                fn cross(&self, block: &Block, t_max: f64) -> Crossings {
                     let sheared = |corner: usize| {
                         let along = |i: usize| {
                             let quad: __m256d = bytemuck::cast(block.vertices[corner][self.axes[i]]);
@@ -126,7 +126,7 @@ macro_rules! x86 {
                     let above = _mm256_cmp_pd::<_CMP_GT_OQ>(greatest, zero);
                     let inside = !_mm256_movemask_pd(_mm256_and_pd(below, above)) & 0xF;
                     if inside == 0 {
-                        return 0;
+                        return Crossings::possible(0);
                     }
                     let inverse = _mm256_div_pd(_mm256_set1_pd(1.0), _mm256_add_pd(_mm256_add_pd(wa, wb), wc));
                     let depth = _mm256_add_pd(
@@ -134,13 +134,19 @@ macro_rules! x86 {
                         _mm256_mul_pd(wc, cz),
                     );
                     let t = _mm256_mul_pd(_mm256_mul_pd(depth, self.per_z), inverse);
-                    // Comparisons with NaN are false, which leaves it to the whole test.
-                    let behind = _mm256_cmp_pd::<_CMP_LE_OQ>(t, zero);
-                    let beyond = _mm256_cmp_pd::<_CMP_GT_OQ>(t, _mm256_set1_pd(t_max));
+                    let ahead = _mm256_cmp_pd::<_CMP_GT_OQ>(t, zero);
+                    let near = _mm256_cmp_pd::<_CMP_LE_OQ>(t, _mm256_set1_pd(t_max));
                     let is_zero = |w| _mm256_cmp_pd::<_CMP_EQ_OQ>(w, zero);
-                    let unsure = _mm256_or_pd(_mm256_or_pd(is_zero(wa), is_zero(wb)), is_zero(wc));
-                    let out = _mm256_movemask_pd(_mm256_andnot_pd(unsure, _mm256_or_pd(behind, beyond)));
-                    (inside & !out) as u32
+                    let unsure = _mm256_movemask_pd(_mm256_or_pd(_mm256_or_pd(is_zero(wa), is_zero(wb)), is_zero(wc)));
+                    // No weight of a sure lane is zero or NaN and all have one sign, so their sum is not zero either.
+                    let crossed = _mm256_movemask_pd(_mm256_and_pd(ahead, near));
+                    Crossings {
+                        possible: (inside & (unsure | crossed)) as u32,
+                        certain: (inside & crossed & !unsure) as u32,
+                        t: bytemuck::cast(t),
+                        u: bytemuck::cast(_mm256_mul_pd(wb, inverse)),
+                        v: bytemuck::cast(_mm256_mul_pd(wc, inverse)),
+                    }
                 }
             }
 

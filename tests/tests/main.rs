@@ -5,6 +5,7 @@ mod exact_rank;
 mod image_faults;
 mod mutation_laws;
 mod numerics;
+mod primary_laws;
 mod rendering;
 mod strategies;
 mod volume_laws;

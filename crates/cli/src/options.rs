@@ -113,7 +113,7 @@ pub enum Effort {
 pub struct VerifyOptions {
     /// Names of scenes in scenes/ with a reference in reference/; all of them by default
     pub scenes: Vec<String>,
-    /// Test one method only: path, bidirectional or mlt
+    /// Test one method only: path, bidirectional, mlt, pssmlt or mmlt
     #[arg(long, value_parser = method, value_name = "METHOD")]
     pub method: Option<Method>,
     /// Test one mix of mutations only: full, or the name of a mutation, which is mixed with a little bidirectional

@@ -40,6 +40,7 @@ pub struct Case {
 pub fn cases() -> Vec<Case> {
     let plain = |method| Case { method, mix: String::new(), mutations: Settings::default().mlt.mutations };
     let mut cases = vec![plain(Method::Path), plain(Method::Bidirectional)];
+    cases.extend([plain(Method::Pssmlt), plain(Method::Mmlt)]);
     let mix = |name: &str, mutations| Case { method: Method::Mlt, mix: name.into(), mutations };
     cases.push(mix("full", Settings::default().mlt.mutations));
     for mutation in AnyMutation::all() {
@@ -78,6 +79,9 @@ fn settings(case: &Case, reference: &Reference, work: &Work, options: &VerifyOpt
         Method::Path => work.path,
         Method::Bidirectional => work.bidirectional,
         Method::Mlt => work.mlt,
+        // A mutation of these is a whole sample.
+        Method::Pssmlt => 0.5 * work.mlt,
+        Method::Mmlt => work.mlt,
     };
     let mut settings = Settings {
         method: case.method,

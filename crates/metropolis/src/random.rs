@@ -6,6 +6,13 @@ pub trait RandomSource {
     /// The next number, in `[0, 1)`: never 1, in steps of 2⁻⁵³.
     fn uniform(&mut self) -> f64;
 
+    /// Says what the numbers drawn next are for: place `index` of the walk `walk`.
+    ///
+    /// Sources that give one number after the other need not know. A point of primary sample space does: each of its coordinates
+    /// keeps its meaning when another walk gets longer.
+    #[inline]
+    fn enter(&mut self, _walk: usize, _index: usize) {}
+
     /// An index uniform on `0..n`. `n` must not be 0.
     #[inline]
     fn below(&mut self, n: usize) -> usize {

@@ -37,6 +37,26 @@ pub struct SmallStep {
 /// outside.
 const SLACK: f64 = 1e-9;
 
+impl SmallStep {
+    /// One coordinate moved.
+    #[inline]
+    pub fn moved(&self, from: f64, rng: &mut impl RandomSource) -> f64 {
+        let size = self.max * (-(self.max / self.min).ln() * rng.uniform()).exp();
+        let moved = if rng.uniform() < 0.5 { from - size } else { from + size };
+        // Rounding may make 1 of what lies just below 0.
+        moved.rem_euclid(1.0).min(1f64.next_down())
+    }
+
+    /// The density of one coordinate: 1 / (2 d ln(max/min)) at the distance d on the circle.
+    #[inline]
+    pub fn pdf(&self, from: f64, to: f64) -> f64 {
+        let apart = (from - to).abs();
+        let size = apart.min(1.0 - apart);
+        let allowed = size >= self.min * (1.0 - SLACK) - f64::EPSILON && size <= self.max * (1.0 + SLACK);
+        if allowed { 1.0 / (2.0 * size * (self.max / self.min).ln()) } else { 0.0 }
+    }
+}
+
 impl Mutation for LargeStep {
     type Space = ();
     type State = Vec<f64>;
@@ -61,27 +81,14 @@ impl Mutation for SmallStep {
     type Failure = Infallible;
 
     fn propose(&self, _: &(), x: &Vec<f64>, y: &mut Vec<f64>, rng: &mut impl RandomSource) -> Result<(), Infallible> {
-        let ln_ratio = (self.max / self.min).ln();
         y.clear();
-        y.extend(x.iter().map(|x| {
-            let size = self.max * (-ln_ratio * rng.uniform()).exp();
-            let moved = if rng.uniform() < 0.5 { x - size } else { x + size };
-            // Rounding may make 1 of what lies just below 0.
-            moved.rem_euclid(1.0).min(1f64.next_down())
-        }));
+        y.extend(x.iter().map(|x| self.moved(*x, rng)));
         Ok(())
     }
 
-    /// Each coordinate has density 1 / (2 d ln(max/min)) at the distance d on the torus.
     fn ln_density(&self, _: &(), from: &Vec<f64>, to: &Vec<f64>, _: ()) -> f64 {
-        let ln_ratio = (self.max / self.min).ln();
         let mut density = Density::ONE;
-        for (from, to) in from.iter().zip(to) {
-            let apart = (from - to).abs();
-            let size = apart.min(1.0 - apart);
-            let allowed = size >= self.min * (1.0 - SLACK) - f64::EPSILON && size <= self.max * (1.0 + SLACK);
-            density.multiply(if allowed { 1.0 / (2.0 * size * ln_ratio) } else { 0.0 });
-        }
+        from.iter().zip(to).for_each(|(from, to)| density.multiply(self.pdf(*from, *to)));
         density.ln()
     }
 }

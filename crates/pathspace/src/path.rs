@@ -216,8 +216,16 @@ pub struct PathClass {
     pub specular: u64,
 }
 
+impl PathClass {
+    /// Stands for what is several paths at once, as a sample of bidirectional path tracing is.
+    pub const MANY: Self = Self { length: 0, specular: 0 };
+}
+
 impl fmt::Display for PathClass {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if *self == Self::MANY {
+            return write!(f, "of many classes");
+        }
         write!(f, "L")?;
         for i in 0..self.length.saturating_sub(1) {
             write!(f, "{}", if i < 64 && self.specular >> i & 1 == 1 { 'S' } else { 'D' })?;

@@ -28,13 +28,13 @@ impl Roulette {
     }
 }
 
-/// Which end a walk starts from.
+/// Which end a walk starts from. As a number it names the walk to a [`RandomSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// From a light.
-    Light,
     /// From the camera.
     Eye,
+    /// From a light.
+    Light,
 }
 
 /// A walk: vertex 0 is the endpoint. All four lists beside the vertices are caches derived from them.
@@ -120,6 +120,7 @@ impl Subpath {
         self.pdf_area.clear();
         self.pdf_area_reverse.clear();
         self.throughput.clear();
+        rng.enter(self.end as usize, 0);
         let (start, pdf) = match self.end {
             End::Eye => (scene.camera_vertex(), 1.0),
             End::Light => {
@@ -137,6 +138,7 @@ impl Subpath {
     /// Samples one more vertex; `None` where the walk ends.
     fn extend(&mut self, scene: &Scene, roulette: &Roulette, rng: &mut impl RandomSource) -> Option<()> {
         let i = self.len() - 1;
+        rng.enter(self.end as usize, i + 1);
         let survival = roulette.survival(i + 1);
         if survival < 1.0 && rng.uniform() >= survival {
             return None;

@@ -8,6 +8,7 @@ use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
 use rand_pcg::Pcg64Dxsm;
 
+use crate::chains::Runner;
 use crate::layers::VisitBuffer;
 use crate::mixing::ChainTrace;
 use crate::statistics::{MutationStatistics, Outcome};
@@ -17,10 +18,10 @@ use crate::{Film, Settings, SplatBuffer};
 pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
 
 /// One step in this many is timed: reading the clock costs as much as a cheap proposal.
-const TIMED_EVERY: u64 = 16;
+pub(crate) const TIMED_EVERY: u64 = 16;
 
 /// At most this many faults are kept for replay; all are counted.
-const FAULTS_KEPT: usize = 16;
+pub(crate) const FAULTS_KEPT: usize = 16;
 
 /// A proposal whose density was not a number, with what it takes to see it again.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,6 +107,22 @@ impl Ledger {
     }
 }
 
+impl Runner for ChainRunner {
+    fn finish(&mut self, ledger: &mut Ledger) {
+        let current = *self.chain.current().1;
+        self.trace.record(&current, self.class, self.stay);
+        self.trace.record_stay(self.class, self.stay);
+        if let Some(visits) = &mut ledger.visits {
+            visits.stayed(current.raster, self.stay);
+        }
+        self.stay = 0;
+    }
+
+    fn trace(&self) -> &ChainTrace {
+        &self.trace
+    }
+}
+
 impl ChainRunner {
     /// A chain that starts at `start`.
     pub fn new(index: u64, start: Path, rng: Pcg64Dxsm) -> Self {
@@ -127,22 +144,6 @@ impl ChainRunner {
     /// Number of steps taken.
     pub fn steps(&self) -> u64 {
         self.steps
-    }
-
-    /// Takes the present stay into account, after the last step.
-    pub(crate) fn finish(&mut self, ledger: &mut Ledger) {
-        let current = *self.chain.current().1;
-        self.trace.record(&current, self.class, self.stay);
-        self.trace.record_stay(self.class, self.stay);
-        if let Some(visits) = &mut ledger.visits {
-            visits.stayed(current.raster, self.stay);
-        }
-        self.stay = 0;
-    }
-
-    /// What the chain shows of its mixing.
-    pub(crate) fn trace(&self) -> &ChainTrace {
-        &self.trace
     }
 
     /// One transition, without leaving anything behind.

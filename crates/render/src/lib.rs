@@ -4,6 +4,7 @@
 mod bidirectional;
 mod bins;
 mod chain_runner;
+mod chains;
 mod counts;
 mod film;
 mod grid;
@@ -13,6 +14,7 @@ mod mixing;
 mod mlt;
 mod observer;
 mod path_tracer;
+mod primary;
 mod replicas;
 mod sampling;
 mod seeding;
@@ -22,18 +24,25 @@ mod streams;
 
 pub use bidirectional::BidirectionalPathTracer;
 pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+pub use chains::MltReport;
 pub use counts::Counts;
 pub use film::{Film, Picture, SplatBuffer};
 pub use layers::{Layers, VisitBuffer};
 pub use memory::peak_bytes;
 pub use mixing::{Mixing, MixingReport, R_HAT_LIMIT, Stay};
-pub use mlt::{MltReport, Replayed, replay};
+pub use mlt::{Replayed, replay};
 pub use observer::{Observer, Stage, Unobserved};
 pub use path_tracer::PathTracer;
+pub use primary::{
+    Coordinates, Multiplexed, PrimaryMutation, PrimarySample, PrimarySpace, PrimaryTarget, PrimaryValue,
+};
 pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::Seeds;
-pub use settings::{Budget, Direct, FilterSettings, Method, MltSettings, RouletteSettings, Seeding, Settings};
+pub use settings::{
+    Budget, Direct, FilterSettings, Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding,
+    Settings,
+};
 pub use streams::{Purpose, stream};
 
 use std::sync::Arc;
@@ -43,6 +52,8 @@ use ergodic_metropolis::{Mixture, MixtureError, Mutation};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Path, PathSpace, Scene};
 use thiserror::Error;
+
+use chains::{Rendered, chain_lengths};
 
 /// What a render came to.
 #[derive(Clone, Debug)]
@@ -59,9 +70,9 @@ pub struct Rendering {
     pub instructions: &'static str,
     /// What was traced and left out.
     pub counts: Counts,
-    /// Samples taken in each pixel (path, bidirectional) or mutations a pixel (mlt).
+    /// Samples taken in each pixel, or mutations a pixel if the method has chains.
     pub samples_per_pixel: f64,
-    /// What Metropolis light transport found.
+    /// What the chains found, if the method has any.
     pub mlt: Option<MltReport>,
 }
 
@@ -145,6 +156,23 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
                 let names = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
                 metropolis(scene, settings, &mixture, &names, start, observer)
             }
+            Method::Pssmlt => {
+                let (lengths, roulette) = (chain_lengths(settings), settings.roulette.roulette());
+                let rendered = match settings.primary.sampler {
+                    PrimarySampler::Path => {
+                        primary::render(scene, settings, &PathTracer::new(lengths, roulette), start, observer)
+                    }
+                    PrimarySampler::Bidirectional => {
+                        let estimator = BidirectionalPathTracer::new(lengths, roulette);
+                        primary::render(scene, settings, &estimator, start, observer)
+                    }
+                }?;
+                Ok(by_chains(scene, settings, rendered))
+            }
+            Method::Mmlt => {
+                let estimator = Multiplexed::new(scene, chain_lengths(settings), settings.seed);
+                Ok(by_chains(scene, settings, primary::render(scene, settings, &estimator, start, observer)?))
+            }
         }
     })?;
     rendering.seconds = start.elapsed().as_secs_f64();
@@ -191,8 +219,11 @@ fn metropolis<M>(
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
 {
-    let rendered = mlt::render(scene, settings, mixture, names, start, observer)?;
-    Ok(Rendering {
+    Ok(by_chains(scene, settings, mlt::render(scene, settings, mixture, names, start, observer)?))
+}
+
+fn by_chains(scene: &Scene, settings: &Settings, rendered: Rendered) -> Rendering {
+    Rendering {
         picture: rendered.picture,
         method: settings.method,
         seconds: 0.0,
@@ -201,5 +232,5 @@ where
         counts: rendered.counts,
         samples_per_pixel: rendered.report.mutations as f64 / scene.camera().image_area_pixels(),
         mlt: Some(rendered.report),
-    })
+    }
 }

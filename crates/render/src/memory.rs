@@ -6,7 +6,7 @@ use crate::bins::CAPACITY;
 use crate::film::{FILM_BYTES_PER_PIXEL, PICTURE_BYTES_PER_PIXEL};
 use crate::grid::Grid;
 use crate::statistics::MutationStatistics;
-use crate::{BATCHES, Method, Settings, SplatBuffer, VisitBuffer, layers};
+use crate::{BATCHES, Coordinates, Method, Settings, SplatBuffer, VisitBuffer, layers};
 
 /// Bytes that a render takes at most, the scene, its textures and the stacks of the threads left out.
 ///
@@ -22,16 +22,22 @@ pub fn peak_bytes(settings: &Settings) -> usize {
     let chains_of_batch = settings.mlt.chains.div_ceil(BATCHES);
     let mut batch = SplatBuffer::bytes(CAPACITY + settings.max_edges, &grid);
     let mut fixed = 0;
-    if settings.method == Method::Mlt {
+    if settings.method.has_chains() {
         if settings.mlt.layers {
             pixel += layers::bytes_per_pixel(layers::parts(grid.pixels()));
             // A vector that grows holds twice what it needs.
             batch += VisitBuffer::bytes(2 * CAPACITY.max(chains_of_batch), &grid);
         }
-        batch += settings.mlt.mutations.len() * MutationStatistics::bytes(settings.max_edges);
-        // Two paths for every chain, the present one and the candidate.
-        let path = (settings.max_edges + 1) * (size_of::<Vertex>() + size_of::<Edge>());
-        fixed += settings.mlt.chains * 2 * path;
+        let mutations = if settings.method == Method::Mlt { settings.mlt.mutations.len() } else { 2 };
+        batch += mutations * MutationStatistics::bytes(settings.max_edges);
+        // Two paths for every chain, the present one and the candidate; of a primary sample, two walks each and its coordinates.
+        let vertices = (settings.max_edges + 1) * (size_of::<Vertex>() + size_of::<Edge>());
+        let state = if settings.method == Method::Mlt {
+            vertices
+        } else {
+            2 * vertices + Coordinates::bytes(settings.max_edges)
+        };
+        fixed += settings.mlt.chains * 2 * state;
         // The weights of the seeding samples, and twice as much while their vector grows.
         fixed += 3 * size_of::<f64>() * settings.mlt.seeding.max_samples as usize;
     }

@@ -1,92 +1,20 @@
-//! Metropolis light transport (Veach 11): seeding, many chains in parallel, the picture and its statistics.
+//! Metropolis light transport (Veach 11): seeds, and chains of paths that start from them.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{Rejection, Splice};
-use ergodic_pathspace::{Lengths, Path, PathSpace, Scene};
-use ergodic_scattering::Rgb;
+use ergodic_pathspace::{Path, PathSpace, Scene};
 
-use crate::bidirectional::BidirectionalPathTracer;
-use crate::bins::CAPACITY;
-use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
-use crate::counts::{Counts, counted};
-use crate::layers::{self, LayerSums, Layers};
-use crate::mixing::{self, ChainTrace, MixingReport};
-use crate::observer::{Observer, Stage, Unobserved, Until};
-use crate::sampling::{all, sample_image};
+use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord};
+use crate::chains::{self, Rendered, chain_lengths, until_seeded};
+use crate::observer::{Observer, Unobserved};
 use crate::seeding::Seeds;
-use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
-use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
-
-/// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
-const ROUND: u64 = 256;
-// A buffer must take what one chain leaves behind in a round.
-const _: () = assert!((ROUND as usize) < CAPACITY);
-
-/// Greatest shares of a budget of time that seeding and direct light take.
-const SEEDING_SHARE: f64 = 0.25;
-const DIRECT_SHARE: f64 = 0.25;
-
-/// Paths of more than this many edges are indirect.
-const DIRECT_EDGES: usize = 2;
-
-/// What Metropolis light transport found beside the picture.
-#[derive(Clone, Debug)]
-pub struct MltReport {
-    /// Estimate of b, the mean luminance over the image of the paths that the chains sample.
-    pub b: f64,
-    /// Standard error of b over b.
-    pub b_relative_error: f64,
-    /// Independent samples that b comes from.
-    pub seeding_samples: u64,
-    /// Seconds of seeding.
-    pub seeding_seconds: f64,
-    /// Seconds of direct light.
-    pub direct_seconds: f64,
-    /// Seconds of mutations.
-    pub mutation_seconds: f64,
-    /// Number of chains.
-    pub chains: usize,
-    /// Mutations over all chains.
-    pub mutations: u64,
-    /// How well the chains mix.
-    pub mixing: MixingReport,
-    /// Numbers for each pixel, if the settings ask for them.
-    pub layers: Option<Layers>,
-    /// Statistics, one entry for each member of the mixture.
-    pub statistics: Vec<MutationStatistics>,
-    /// The first proposals whose densities were not numbers.
-    pub faults: Vec<FaultRecord>,
-}
-
-/// A part of the chains, always worked on together.
-struct Batch {
-    runners: Vec<ChainRunner>,
-    /// The chain to run next in this round; beyond the last when the round is done.
-    next: usize,
-    ledger: Ledger,
-    counts: Counts,
-}
-
-/// What the chains' buffers are merged into.
-struct Sums {
-    film: Film,
-    layers: Option<LayerSums>,
-}
-
-/// The picture, the report, and what was traced and left out.
-pub(crate) struct Rendered {
-    pub(crate) picture: Picture,
-    pub(crate) report: MltReport,
-    pub(crate) counts: Counts,
-}
+use crate::{RenderError, Settings};
 
 /// Renders with any mixture of path mutations; `names` has one entry for each member.
-///
-/// A picture that would be all black is an error: there is nothing that a chain could start from.
 pub(crate) fn render<M>(
     scene: &Arc<Scene>,
     settings: &Settings,
@@ -98,211 +26,22 @@ pub(crate) fn render<M>(
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
 {
-    let (width, height) = settings.size;
-    let filter = settings.filter.filter();
-    let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
-
-    // With a budget of time, what comes before the chains may take a part of it only.
-    let until = |share: f64| {
-        let deadline = match settings.budget {
-            Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share).ok().map(|part| start + part),
-            Budget::SamplesPerPixel(_) => None,
-        };
-        Until { observer, deadline }
-    };
-
     let seeding_start = Instant::now();
-    let watch = until(SEEDING_SHARE);
+    let watch = until_seeded(settings, start, observer);
+    let roulette = settings.roulette.roulette();
     let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &watch);
     let starts = seeds.starts(scene, settings.mlt.chains);
-    let seeding_seconds = seeding_start.elapsed().as_secs_f64();
-
-    let direct_start = Instant::now();
-    let mut counts = seeds.counts;
-    let mut picture = Picture::black(settings.size);
-    if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
-        let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
-        let sampled = sample_image(
-            scene,
-            &BidirectionalPathTracer::new(direct, roulette),
-            settings.size,
-            filter,
-            Budget::SamplesPerPixel(f64::from(samples_per_pixel)),
-            (settings.seed, Purpose::Direct),
-            (Stage::Direct, &until(SEEDING_SHARE + DIRECT_SHARE)),
-        );
-        picture.add(&sampled.picture(scene));
-        counts += sampled.counts;
-    }
-    let direct_seconds = direct_start.elapsed().as_secs_f64();
-    let no_seed = (seeds.b <= 0.0 && lengths.min_edges <= lengths.max_edges).then(|| {
-        let (samples, min_edges) = (seeds.samples(), lengths.min_edges);
-        format!("no path of {min_edges} or more edges that carries light was found in {samples} samples")
-    });
-    if let Some(reason) = no_seed.as_ref().filter(|_| picture.mean() == Rgb::ZERO && !observer.should_stop()) {
-        return Err(RenderError::Dark(reason.clone()));
-    }
-
-    let mutation_start = Instant::now();
+    let chain = |(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index));
+    let chains = chains::Start {
+        seeding_seconds: seeding_start.elapsed().as_secs_f64(),
+        seeds,
+        runners: (0..).zip(starts).map(chain).collect(),
+        splats_per_step: 1,
+    };
     let space = PathSpace { scene: Arc::clone(scene), lengths };
-    let chains = starts.len();
-    let mut work = share_out(starts, settings, names);
-    let parts = layers::parts(width as usize * height as usize).min(work.len());
-    let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.size, filter, parts));
-    let mut sums = Sums { film: Film::new(width, height, filter), layers };
-    let mutations =
-        run(&mut work, &mut sums, mixture, &space, settings.budget, (settings.size, chains), start, observer);
-    let mutation_seconds = mutation_start.elapsed().as_secs_f64();
-
-    let mut statistics = MutationStatistics::of_members(names, settings.max_edges);
-    let mut faults = Vec::new();
-    let steps = if chains > 0 { mutations / chains as u64 } else { 0 };
-    for Batch { runners, ledger, .. } in &mut work {
-        runners.iter_mut().for_each(|runner| runner.finish(ledger));
-    }
-    sums.merge(&mut work);
-    let layers = sums.layers.as_ref().map(|layers| {
-        let chains_of = |part: usize| work.iter().skip(part).step_by(parts).map(|batch| batch.runners.len()).sum();
-        let scale = |chains: usize| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * chains as f64);
-        layers.finish(&(0..layers.parts()).map(|part| scale(chains_of(part))).collect::<Vec<_>>())
-    });
-    let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
-    let parts: Vec<&[MutationStatistics]> = work.iter().map(|batch| &batch.ledger.mutations[..]).collect();
-    let mut mixing = mixing::report(&traces, steps, &parts);
-    mixing.warnings.splice(0..0, no_seed);
-    for batch in &work {
-        for (sum, more) in statistics.iter_mut().zip(&batch.ledger.mutations) {
-            sum.add(more);
-        }
-        faults.extend_from_slice(&batch.ledger.faults);
-        counts += batch.counts;
-    }
-    if mutations > 0 {
-        // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
-        picture.add(&sums.film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
-    }
-    let report = MltReport {
-        b: seeds.b,
-        b_relative_error: seeds.relative_error,
-        seeding_samples: seeds.samples(),
-        seeding_seconds,
-        direct_seconds,
-        mutation_seconds,
-        chains,
-        mutations,
-        mixing,
-        layers,
-        statistics,
-        faults,
-    };
-    Ok(Rendered { picture, report, counts })
-}
-
-/// Lengths of the paths that the chains sample.
-pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
-    let min_edges = match settings.mlt.direct {
-        Direct::InChain => settings.min_edges,
-        Direct::Separate { .. } => settings.min_edges.max(DIRECT_EDGES + 1),
-    };
-    Lengths { min_edges, max_edges: settings.max_edges }
-}
-
-/// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.
-fn share_out(starts: Vec<Path>, settings: &Settings, names: &[&'static str]) -> Vec<Batch> {
-    let count = BATCHES.min(starts.len());
-    let mut work: Vec<Batch> = (0..count)
-        .map(|_| Batch {
-            runners: Vec::new(),
-            next: 0,
-            ledger: Ledger::new(settings, names),
-            counts: Counts::default(),
-        })
-        .collect();
-    for (index, path) in starts.into_iter().enumerate() {
-        let rng = stream(settings.seed, Purpose::Chain, index as u64);
-        work[index % count].runners.push(ChainRunner::new(index as u64, path, rng));
-    }
-    work
-}
-
-impl Batch {
-    /// Runs chains for `steps` steps each until the round is done or the buffers may be too small for the next one; whether
-    /// the round is done.
-    fn advance<M>(&mut self, steps: u64, mixture: &Mixture<M>, space: &PathSpace) -> bool
-    where
-        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
-    {
-        let ((), counts) = counted(|| {
-            while self.next < self.runners.len() && self.ledger.has_room(steps) {
-                self.runners[self.next].run(steps, mixture, space, &mut self.ledger);
-                self.next += 1;
-            }
-        });
-        self.counts += counts;
-        self.next == self.runners.len()
-    }
-}
-
-impl Sums {
-    /// Takes what is in the buffers of all batches.
-    fn merge(&mut self, work: &mut [Batch]) {
-        if let Some(layers) = &mut self.layers {
-            layers.merge(&mut work.iter_mut().map(|batch| &mut batch.ledger).collect::<Vec<_>>());
-        }
-        self.film.merge(&mut work.iter_mut().map(|batch| &mut batch.ledger.splats).collect::<Vec<_>>());
-    }
-}
-
-/// Runs all chains until the budget ends; the number of mutations made.
-fn run<M>(
-    work: &mut [Batch],
-    sums: &mut Sums,
-    mixture: &Mixture<M>,
-    space: &PathSpace,
-    budget: Budget,
-    ((width, height), chains): ((u32, u32), usize),
-    start: Instant,
-    observer: &dyn Observer,
-) -> u64
-where
-    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
-{
-    if chains == 0 {
-        return 0;
-    }
-    let pixels = f64::from(width) * f64::from(height);
-    let wanted = match budget {
-        Budget::SamplesPerPixel(samples) => Some((samples * pixels / chains as f64).ceil().max(1.0) as u64),
-        Budget::Seconds(_) => None,
-    };
-    let begun = start.elapsed();
-    let mut steps = 0;
-    loop {
-        let round = wanted.map_or(ROUND, |wanted| ROUND.min(wanted - steps));
-        // Every batch stops where its buffers may be too small for another chain, which depends on nothing but its own chains.
-        while !all(work, |batch| batch.advance(round, mixture, space)) {
-            sums.merge(work);
-        }
-        work.iter_mut().for_each(|batch| batch.next = 0);
-        steps += round;
-        let done = match (wanted, budget) {
-            (Some(wanted), _) => steps as f64 / wanted as f64,
-            (None, Budget::Seconds(seconds)) => share_of_time(start.elapsed(), begun, seconds),
-            (None, Budget::SamplesPerPixel(_)) => 1.0,
-        };
-        observer.progress(Stage::Rendering, done.min(1.0));
-        if done >= 1.0 || observer.should_stop() {
-            sums.merge(work);
-            return steps * chains as u64;
-        }
-    }
-}
-
-/// The share of the time left at `begun` that has passed; 1 or more when all has.
-fn share_of_time(elapsed: Duration, begun: Duration, seconds: f64) -> f64 {
-    let left = seconds - begun.as_secs_f64();
-    if left > 0.0 { (elapsed - begun).as_secs_f64() / left } else { 1.0 }
+    let step = |runner: &mut ChainRunner, count, ledger: &mut _| runner.run(count, mixture, &space, ledger);
+    chains::render(scene, settings, chains, step, names, start, observer)
 }
 
 /// A step of a chain seen again.

@@ -48,9 +48,14 @@ fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64
     carried * (power_heuristic(density, by_walk) / density)
 }
 
+/// The names of the walk and of the sampled lights to a [`RandomSource`].
+const WALK: usize = 0;
+const LIGHTS: usize = 1;
+
 impl Estimator for PathTracer {
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         let camera = scene.camera();
+        rng.enter(WALK, 0);
         let w = camera.sample([rng.uniform(), rng.uniform()]);
         let Some(raster) = camera.raster(w) else { return };
         let mut sum = Rgb::ZERO;
@@ -71,8 +76,10 @@ impl Estimator for PathTracer {
             }
             let survival = self.roulette.survival(edges + 1);
             if edges + 1 >= self.lengths.min_edges && vertex.interaction.has_rough() {
+                rng.enter(LIGHTS, edges);
                 sum += throughput * next_event(scene, &vertex, w_eye, survival, rng);
             }
+            rng.enter(WALK, edges);
             if survival < 1.0 && rng.uniform() >= survival {
                 break;
             }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ergodic_metropolis::RandomSource;
-use ergodic_pathspace::Scene;
+use ergodic_pathspace::{PathClass, Scene};
 use ergodic_scattering::{Filter, Rgb};
 use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
@@ -20,6 +20,11 @@ use crate::{BATCHES, Budget, Film, SplatBuffer};
 pub trait Estimator: Clone + Send {
     /// Takes one sample; every call of `splat` adds light to the estimate of the mean over the image.
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, splat: impl FnMut(DVec2, Rgb));
+
+    /// The class of the last sample, if it was one path.
+    fn class(&self) -> PathClass {
+        PathClass::MANY
+    }
 }
 
 /// Gives two chosen numbers first, then those of a stream.

@@ -5,6 +5,7 @@ use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
 use ergodic_scattering::luminance;
+use rand_pcg::Pcg64Dxsm;
 use rayon::prelude::*;
 
 use crate::Seeding;
@@ -42,6 +43,24 @@ impl Seeds {
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
+        let sampler = || BidirectionalSampler::new(lengths, roulette);
+        let weigh = |sampler: &mut BidirectionalSampler, rng: &mut Pcg64Dxsm| {
+            let mut sum = 0.0;
+            sampler.sample(scene, rng, |_, connection| sum += luminance(connection.contribution()));
+            sum
+        };
+        Self::draw_by(sampler, weigh, (lengths, roulette), settings, seed, observer)
+    }
+
+    /// The same with samples of any kind: `weigh` takes one with a sampler that `sampler` makes, and gives its luminance.
+    pub(crate) fn draw_by<S>(
+        sampler: impl Fn() -> S + Sync,
+        weigh: impl Fn(&mut S, &mut Pcg64Dxsm) -> f64 + Sync,
+        (lengths, roulette): (Lengths, Roulette),
+        settings: &Seeding,
+        seed: u64,
+        observer: &dyn Observer,
+    ) -> Self {
         let mut seeds = Self {
             weights: Vec::new(),
             b: 0.0,
@@ -57,14 +76,19 @@ impl Seeds {
             seeds.relative_error = 0.0;
             return seeds;
         }
+        // What is no number counts as 0.
+        let weigh = |sampler: &mut S, index: u64| {
+            let weight = weigh(sampler, &mut stream(seed, Purpose::Seeding, index));
+            if is_usable_number(Place::Seed, weight) { weight } else { 0.0 }
+        };
         loop {
             let first = seeds.weights.len() as u64;
             let chunks: Vec<(Vec<f64>, Counts)> = (0..CHUNKS)
                 .into_par_iter()
                 .map(|chunk| {
-                    let mut sampler = BidirectionalSampler::new(lengths, roulette);
+                    let mut sampler = sampler();
                     let start = first + chunk * CHUNK;
-                    counted(|| (start..start + CHUNK).map(|index| weigh(scene, &mut sampler, seed, index)).collect())
+                    counted(|| (start..start + CHUNK).map(|index| weigh(&mut sampler, index)).collect())
                 })
                 .collect();
             for (weights, counts) in chunks {
@@ -93,18 +117,16 @@ impl Seeds {
         self.weights.len() as u64
     }
 
-    /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
-    pub fn starts(&self, scene: &Scene, count: usize) -> Vec<Path> {
+    /// The samples that `count` chains start from, by index: in proportion to their weight, by systematic resampling.
+    pub(crate) fn chosen(&self, count: usize) -> Vec<usize> {
         let total: f64 = self.weights.iter().sum();
         if total <= 0.0 {
             return Vec::new();
         }
         let offset = stream(self.seed, Purpose::Starts, u64::MAX).uniform();
-        let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
-        let mut starts = Vec::with_capacity(count);
         let mut index = 0;
         let mut end = self.weights[0];
-        for i in 0..count {
+        let choose = |i: usize| {
             let position = (i as f64 + offset) / count as f64 * total;
             while end <= position && index + 1 < self.weights.len() {
                 index += 1;
@@ -114,6 +136,16 @@ impl Seeds {
             while self.weights[index] <= 0.0 && index > 0 {
                 index -= 1;
             }
+            index
+        };
+        (0..count).map(choose).collect()
+    }
+
+    /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
+    pub fn starts(&self, scene: &Scene, count: usize) -> Vec<Path> {
+        let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
+        let mut starts = Vec::with_capacity(count);
+        for (i, index) in self.chosen(count).into_iter().enumerate() {
             let mut choice = stream(self.seed, Purpose::Starts, i as u64).uniform() * self.weights[index];
             let mut path = Path::with_capacity(self.lengths.max_edges);
             let mut chosen = false;
@@ -129,12 +161,4 @@ impl Seeds {
         }
         starts
     }
-}
-
-/// The luminance of all that one sample found; 0 if that is no number.
-fn weigh(scene: &Scene, sampler: &mut BidirectionalSampler, seed: u64, index: u64) -> f64 {
-    let mut sum = 0.0;
-    let mut rng = stream(seed, Purpose::Seeding, index);
-    sampler.sample(scene, &mut rng, |_, connection| sum += luminance(connection.contribution()));
-    if is_usable_number(Place::Seed, sum) { sum } else { 0.0 }
 }

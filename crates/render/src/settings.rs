@@ -4,6 +4,8 @@ use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::{CameraDescription, Lengths, Roulette, View};
 use serde::{Deserialize, Serialize};
 
+use crate::primary::PrimaryMutation;
+
 /// Settings of one render.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
@@ -30,8 +32,10 @@ pub struct Settings {
     pub budget: Budget,
     /// Where random walks of the path tracer and of bidirectional sampling may end early.
     pub roulette: RouletteSettings,
-    /// Settings of Metropolis light transport.
+    /// Settings of Metropolis light transport. All but the mixture hold for pssmlt and mmlt too.
     pub mlt: MltSettings,
+    /// What pssmlt and mmlt have for a mixture.
+    pub primary: PrimarySettings,
 }
 
 /// An estimator of the picture.
@@ -44,12 +48,29 @@ pub enum Method {
     Bidirectional,
     /// Metropolis light transport in path space.
     Mlt,
+    /// Metropolis light transport in primary sample space (Kelemen et al. 2002).
+    Pssmlt,
+    /// Multiplexed Metropolis light transport (Hachisuka et al. 2014).
+    Mmlt,
 }
 
 impl Method {
     /// All methods with their names.
-    pub const ALL: [(Self, &'static str); 3] =
-        [(Self::Path, "path"), (Self::Bidirectional, "bidirectional"), (Self::Mlt, "mlt")];
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Path, "path"),
+        (Self::Bidirectional, "bidirectional"),
+        (Self::Mlt, "mlt"),
+        (Self::Pssmlt, "pssmlt"),
+        (Self::Mmlt, "mmlt"),
+    ];
+
+    /// Whether it samples by Markov chains.
+    pub fn has_chains(self) -> bool {
+        match self {
+            Self::Path | Self::Bidirectional => false,
+            Self::Mlt | Self::Pssmlt | Self::Mmlt => true,
+        }
+    }
 
     /// The name used in configs and on the command line.
     pub fn name(self) -> &'static str {
@@ -106,6 +127,29 @@ pub struct MltSettings {
     pub layers: bool,
 }
 
+/// Steps through primary sample space.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PrimarySettings {
+    /// What pssmlt makes of a point.
+    pub sampler: PrimarySampler,
+    /// Probability of a large step, in (0, 1].
+    pub large_step: f64,
+    /// Smallest move of a coordinate by a small step.
+    pub min_step: f64,
+    /// Largest move, less than 1/2.
+    pub max_step: f64,
+}
+
+/// What makes a sample of a point of primary sample space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum PrimarySampler {
+    /// Path tracing with next-event estimation.
+    Path,
+    /// Bidirectional path tracing.
+    Bidirectional,
+}
+
 /// Who renders paths of one and two edges.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub enum Direct {
@@ -143,7 +187,15 @@ impl Default for Settings {
             budget: Budget::SamplesPerPixel(256.0),
             roulette: RouletteSettings::default(),
             mlt: MltSettings::default(),
+            primary: PrimarySettings::default(),
         }
+    }
+}
+
+impl Default for PrimarySettings {
+    /// The sizes are those of Kelemen et al. (2002).
+    fn default() -> Self {
+        Self { sampler: PrimarySampler::Bidirectional, large_step: 0.3, min_step: 1.0 / 1024.0, max_step: 1.0 / 64.0 }
     }
 }
 
@@ -249,7 +301,32 @@ impl Settings {
         if !(self.roulette.survival > 0.0 && self.roulette.survival <= 1.0) {
             return Err(format!("roulette.survival is {}; it must be in (0, 1]", self.roulette.survival));
         }
+        self.primary.validate()?;
         self.mlt.validate()
+    }
+}
+
+impl PrimarySettings {
+    /// The mixture of large and small steps.
+    pub(crate) fn mutations<E>(&self) -> Vec<(f64, PrimaryMutation<E>)> {
+        let small = PrimaryMutation::small(self.min_step, self.max_step);
+        vec![(self.large_step, PrimaryMutation::Large), (1.0 - self.large_step, small)]
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        if !(self.large_step > 0.0 && self.large_step <= 1.0) {
+            return Err(format!(
+                "primary.large_step is {}; it must be in (0, 1], because no other step reaches everything",
+                self.large_step
+            ));
+        }
+        if !(self.min_step >= 1e-12 && self.min_step < self.max_step && self.max_step < 0.5) {
+            return Err(format!(
+                "primary.min_step is {} and max_step {}; they must satisfy 1e-12 <= min_step < max_step < 0.5",
+                self.min_step, self.max_step
+            ));
+        }
+        Ok(())
     }
 }
 

@@ -98,6 +98,8 @@ fn class_of_index(index: usize) -> PathClass {
 pub struct MutationStatistics {
     /// Name of the mutation.
     pub name: &'static str,
+    /// Of [`PathClass::MANY`].
+    many: Tally,
     by_class: Vec<Tally>,
     /// Of paths that are not told apart by class; index 0 has [`CLASSIFIED_EDGES`] + 1 edges.
     longer: Vec<Tally>,
@@ -108,7 +110,7 @@ impl MutationStatistics {
     pub fn new(name: &'static str, max_edges: usize) -> Self {
         let none = Tally::default();
         let longer = vec![none; max_edges.saturating_sub(CLASSIFIED_EDGES as usize)];
-        Self { name, by_class: vec![none; CLASSES], longer }
+        Self { name, many: none, by_class: vec![none; CLASSES], longer }
     }
 
     /// Empty tallies for each member of a mixture, by their names.
@@ -126,6 +128,7 @@ impl MutationStatistics {
     pub fn record(&mut self, class: PathClass, outcome: Outcome, nanoseconds: Option<u64>) {
         let tally = match class_index(class) {
             Some(index) => &mut self.by_class[index],
+            None if class == PathClass::MANY => &mut self.many,
             None => &mut self.longer[(class.length - CLASSIFIED_EDGES - 1) as usize],
         };
         tally.proposed += 1;
@@ -146,6 +149,7 @@ impl MutationStatistics {
 
     /// Adds the tallies of another part of the same run.
     pub fn add(&mut self, other: &Self) {
+        self.many.add(&other.many);
         for (sum, more) in self.by_class.iter_mut().zip(&other.by_class) {
             sum.add(more);
         }
@@ -156,7 +160,7 @@ impl MutationStatistics {
 
     /// Everything.
     pub fn total(&self) -> Tally {
-        let mut total = Tally::default();
+        let mut total = self.many;
         self.by_class.iter().chain(&self.longer).for_each(|tally| total.add(tally));
         total
     }

@@ -17,6 +17,8 @@ pub enum Purpose {
     Starts = 5,
     /// The chains themselves.
     Chain = 6,
+    /// The shares of the lengths in multiplexed sampling.
+    Pilot = 7,
 }
 
 /// One round of the mixing function of splitmix64 (Steele, Lea, Flood 2014).

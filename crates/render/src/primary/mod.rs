@@ -1,0 +1,72 @@
+//! Metropolis light transport in primary sample space (Kelemen et al. 2002): the state is the numbers that a sample was made from.
+//!
+//! A sampler that turns a list of numbers in [0, 1) into light on the image needs no other change: the numbers are the coordinates of
+//! a point of the unit cube, and the chain moves through the cube, where densities are trivial. The price is that a mutation
+//! cannot say what it wants to keep. The samplers are those of independent sampling: path tracing, bidirectional path tracing, and
+//! multiplexed sampling (Hachisuka et al. 2014), which makes one path by one strategy, both chosen by coordinates.
+//!
+//! `coordinates` is the point, `mutation` the large and the small step, `multiplexed` that sampler, `runner` a chain.
+
+mod coordinates;
+mod multiplexed;
+mod mutation;
+mod runner;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ergodic_metropolis::Mixture;
+use ergodic_pathspace::Scene;
+
+pub use coordinates::{Coordinates, PrimarySample};
+pub use multiplexed::Multiplexed;
+pub use mutation::{PrimaryMutation, PrimarySpace, PrimaryTarget, PrimaryValue};
+
+use crate::chains::{self, Rendered, chain_lengths, until_seeded};
+use crate::observer::Observer;
+use crate::seeding::Seeds;
+use crate::streams::{Purpose, stream};
+use crate::{Estimator, Ledger, RenderError, Settings};
+use runner::PrimaryRunner;
+
+/// Renders by chains over the points that `estimator` makes samples of.
+///
+/// Seeds are samples of the estimator itself, so that b is the mean of just what the chains sample.
+pub(crate) fn render<E: Estimator + Sync>(
+    scene: &Arc<Scene>,
+    settings: &Settings,
+    estimator: &E,
+    start: Instant,
+    observer: &dyn Observer,
+) -> Result<Rendered, RenderError> {
+    let mixture = Mixture::new(settings.primary.mutations())?;
+    let names: Vec<&str> = mixture.members().iter().map(|(_, mutation)| mutation.name()).collect();
+    let space = PrimarySpace { scene: Arc::clone(scene) };
+    let seeding_start = Instant::now();
+    let seeds = Seeds::draw_by(
+        || PrimarySample::new(estimator.clone()),
+        |sample, rng| {
+            sample.draw(scene, rng);
+            sample.luminance()
+        },
+        (chain_lengths(settings), settings.roulette.roulette()),
+        &settings.mlt.seeding,
+        settings.seed,
+        &until_seeded(settings, start, observer),
+    );
+    let chain = |(index, seed): (usize, usize)| {
+        let mut sample = PrimarySample::new(estimator.clone());
+        sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed as u64));
+        PrimaryRunner::new(index as u64, sample, stream(settings.seed, Purpose::Chain, index as u64))
+    };
+    let runners: Vec<_> = seeds.chosen(settings.mlt.chains).into_iter().enumerate().map(chain).collect();
+    let chains = chains::Start {
+        seeding_seconds: seeding_start.elapsed().as_secs_f64(),
+        seeds,
+        runners,
+        // One at the image point, and one for every connection of a vertex to the eye.
+        splats_per_step: settings.max_edges as u64 + 1,
+    };
+    let step = |runner: &mut PrimaryRunner<E>, count, ledger: &mut Ledger| runner.run(count, &mixture, &space, ledger);
+    chains::render(scene, settings, chains, step, &names, start, observer)
+}

@@ -1,0 +1,101 @@
+//! Multiplexed sampling (Hachisuka, Kaplanyan and Dachsbacher 2014): one path by one strategy, both chosen by coordinates.
+//!
+//! A path of k edges can be made by k + 1 strategies. Bidirectional path tracing makes all of them from one pair of walks; here a
+//! coordinate chooses one, so that a sample is one path and the chain learns by which strategy a region is best sampled. The
+//! estimate is that of the strategy, weighted by the power heuristic, over the probability of the choice. The length is a coordinate
+//! too, where Hachisuka et al. give each chain a length for good; only large steps change it.
+
+use std::sync::Arc;
+
+use ergodic_metropolis::RandomSource;
+use ergodic_pathspace::{BidirectionalSampler, Lengths, PathClass, Roulette, Scene};
+use ergodic_scattering::{Component, Rgb, luminance};
+use glam::DVec2;
+
+use super::coordinates::CHOICES;
+use crate::sampling::Estimator;
+use crate::streams::{Purpose, stream};
+
+/// Samples that the shares of the lengths come from.
+const PILOT: u64 = 16_384;
+
+/// A length has at least this share of what it would have if all were alike, so that none that carries light is lost.
+const FLOOR: f64 = 0.1;
+
+/// Multiplexed sampling.
+#[derive(Clone, Debug)]
+pub struct Multiplexed {
+    lengths: Lengths,
+    /// Probability of each length, from the shortest on.
+    shares: Arc<[f64]>,
+    sampler: BidirectionalSampler,
+    class: PathClass,
+}
+
+impl Multiplexed {
+    /// Multiplexed sampling of paths of the given lengths, chosen by about as often as they carry light in `scene`. The picture's
+    /// expectation does not depend on these shares.
+    pub fn new(scene: &Scene, lengths: Lengths, seed: u64) -> Self {
+        let count = (lengths.max_edges + 1).saturating_sub(lengths.min_edges);
+        let mut sampler = BidirectionalSampler::new(lengths, Roulette::OFF);
+        let mut sums = vec![0.0; count];
+        for index in 0..if count > 1 { PILOT } else { 0 } {
+            sampler.sample(scene, &mut stream(seed, Purpose::Pilot, index), |_, connection| {
+                let light = luminance(connection.contribution());
+                if light.is_finite() {
+                    sums[connection.s + connection.t - 1 - lengths.min_edges] += light;
+                }
+            });
+        }
+        let mean = sums.iter().sum::<f64>() / count.max(1) as f64;
+        let weights = sums.iter().map(|sum| if mean > 0.0 { sum / mean + FLOOR } else { 1.0 });
+        let total: f64 = weights.clone().sum();
+        Self { lengths, shares: weights.map(|weight| weight / total).collect(), sampler, class: PathClass::MANY }
+    }
+
+    /// The length that `u` in [0, 1) chooses, and its probability.
+    fn length(&self, mut u: f64) -> (usize, f64) {
+        let last = self.shares.len().saturating_sub(1);
+        for (i, share) in self.shares.iter().enumerate() {
+            if u < *share || i == last {
+                return (self.lengths.min_edges + i, *share);
+            }
+            u -= share;
+        }
+        (self.lengths.min_edges, 1.0)
+    }
+}
+
+impl Estimator for Multiplexed {
+    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+        rng.enter(CHOICES, 0);
+        let (k, share) = self.length(rng.uniform());
+        rng.enter(CHOICES, 1);
+        let s = rng.below(k + 1);
+        let t = k + 1 - s;
+        self.class = PathClass { length: k as u32, specular: 0 };
+        let Self { sampler, class, .. } = self;
+        sampler.eye.walk(scene, t, &Roulette::OFF, rng);
+        if sampler.eye.len() < t {
+            return;
+        }
+        if s > 0 {
+            sampler.light.walk(scene, s, &Roulette::OFF, rng);
+            if sampler.light.len() < s {
+                return;
+            }
+        }
+        let Some(connection) = sampler.connect(scene, s, t) else { return };
+        let mut specular = 0;
+        for i in (1..k).filter(|i| *i < 64 && i + 1 != s && *i != s) {
+            let vertex = if i < s { &sampler.light.vertices[i] } else { &sampler.eye.vertices[k - i] };
+            specular |= u64::from(vertex.component != Component::Rough) << (i - 1);
+        }
+        *class = PathClass { length: k as u32, specular };
+        splat(connection.raster, connection.contribution() * ((k + 1) as f64 / share));
+    }
+
+    fn class(&self) -> PathClass {
+        self.class
+    }
+}

@@ -1,5 +1,6 @@
 //! Pictures as files, how far one is from another, and how one is shown on a screen.
 
+pub mod accuracy;
 mod color;
 mod compare;
 mod exr_file;

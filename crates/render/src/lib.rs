@@ -64,6 +64,8 @@ pub struct Rendering {
     pub method: Method,
     /// Seconds of wall time in all.
     pub seconds: f64,
+    /// Seconds of processor time of all threads; 0 where the system does not tell.
+    pub processor_seconds: f64,
     /// Threads used.
     pub threads: usize,
     /// Instructions that rays were searched with; the picture does not depend on them.
@@ -141,6 +143,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
         .build()
         .map_err(|e| RenderError::Threads { threads: settings.threads, reason: e.to_string() })?;
     let start = Instant::now();
+    let processor_start = processor_seconds(&pool);
     let mut rendering = pool.install(|| -> Result<Rendering, RenderError> {
         match settings.method {
             Method::Path => {
@@ -176,8 +179,17 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
         }
     })?;
     rendering.seconds = start.elapsed().as_secs_f64();
+    rendering.processor_seconds = processor_seconds(&pool) - processor_start;
     rendering.threads = pool.current_num_threads();
     Ok(rendering)
+}
+
+/// Processor time that the threads of a pool have taken so far, in seconds.
+fn processor_seconds(pool: &rayon::ThreadPool) -> f64 {
+    let of_thread = |_: rayon::BroadcastContext<'_>| {
+        cpu_time::ThreadTime::try_now().map_or(0.0, |time| time.as_duration().as_secs_f64())
+    };
+    pool.broadcast(of_thread).iter().sum()
 }
 
 fn independent(
@@ -200,6 +212,7 @@ fn independent(
         picture: sampled.picture(scene),
         method: settings.method,
         seconds: 0.0,
+        processor_seconds: 0.0,
         threads: 0,
         instructions: scene.world().isa().name(),
         counts: sampled.counts,
@@ -227,6 +240,7 @@ fn by_chains(scene: &Scene, settings: &Settings, rendered: Rendered) -> Renderin
         picture: rendered.picture,
         method: settings.method,
         seconds: 0.0,
+        processor_seconds: 0.0,
         threads: 0,
         instructions: scene.world().isa().name(),
         counts: rendered.counts,

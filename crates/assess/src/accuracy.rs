@@ -1,0 +1,240 @@
+//! Error against time: what independent replicas at growing budgets say of several methods, with intervals.
+//!
+//! Every interval comes from the bootstrap (Efron 1979) over replicas: each point of a curve is drawn again from its own
+//! replicas, with replacement, and everything that follows from the points is computed anew.
+
+use rand_core::Rng;
+use rand_pcg::Pcg64;
+
+/// One replica at one budget.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Seconds of processor time that it took, start-up included.
+    pub seconds: f64,
+    /// Its error. After the error of a reference is taken off it may be negative.
+    pub error: f64,
+}
+
+/// One method: its replicas by budget, the smallest budget first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Name of the method.
+    pub name: String,
+    /// Replicas of each budget; at least one each.
+    pub points: Vec<Vec<Sample>>,
+}
+
+/// A number with its interval of 95 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// From all replicas as they are.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    /// Standard error.
+    pub error: f64,
+}
+
+impl Interval {
+    /// Whether two intervals have nothing in common.
+    pub fn is_apart_from(&self, other: &Self) -> bool {
+        self.high < other.low || other.high < self.low
+    }
+}
+
+/// A point of a curve: mean time, mean error.
+type Mean = (f64, f64);
+
+/// Times that replicas are drawn again.
+const DRAWS: usize = 1000;
+
+/// A share of all draws for which what is asked for must exist, if it is to have an interval.
+const EXISTS: f64 = 0.9;
+
+fn mean_of(samples: impl ExactSizeIterator<Item = Sample>) -> Mean {
+    let n = samples.len() as f64;
+    let (seconds, error) = samples.fold((0.0, 0.0), |(s, e), sample| (s + sample.seconds, e + sample.error));
+    (seconds / n, error / n)
+}
+
+impl Curve {
+    /// The means of all points.
+    pub fn means(&self) -> Vec<Mean> {
+        self.points.iter().map(|point| mean_of(point.iter().copied())).collect()
+    }
+
+    /// The means of points drawn again.
+    fn drawn(&self, rng: &mut Pcg64) -> Vec<Mean> {
+        let draw = |point: &Vec<Sample>| {
+            let n = point.len();
+            mean_of((0..n).map(|_| point[(u128::from(rng.next_u64()) * n as u128 >> 64) as usize]))
+        };
+        self.points.iter().map(draw).collect()
+    }
+
+    /// Mean error of each point.
+    pub fn errors(&self) -> Vec<Interval> {
+        (0..self.points.len()).filter_map(|i| bootstrap([self], |[means]| Some(means[i].1))).collect()
+    }
+
+    /// The exponent of error as a power of time, by least squares of logarithms; -1 for an unbiased method. `None` for fewer than
+    /// three points with a positive error.
+    pub fn slope(&self) -> Option<Interval> {
+        bootstrap([self], |[means]| slope(means))
+    }
+
+    /// Seconds to reach an error, straight between the points on logarithmic axes; `None` if it is not reached, or from the
+    /// first point on.
+    pub fn time_to_reach(&self, error: f64) -> Option<Interval> {
+        bootstrap([self], |[means]| time_to_reach(means, error))
+    }
+
+    /// 1 / (error · time) of the last point: samples of a method that is twice as efficient are worth twice as much.
+    pub fn efficiency(&self) -> Option<Interval> {
+        bootstrap([self], |[means]| means.last().filter(|(_, error)| *error > 0.0).map(|(t, error)| 1.0 / (t * error)))
+    }
+}
+
+/// Seconds at which the error of `late` becomes and stays less than that of `early`; `None` if it is so from the start or never.
+pub fn overtakes(late: &Curve, early: &Curve) -> Option<Interval> {
+    bootstrap([late, early], |[late, early]| crossing(late, early))
+}
+
+/// The ratio of the efficiency of one method to that of another.
+pub fn relative_efficiency(of: &Curve, to: &Curve) -> Option<Interval> {
+    bootstrap([of, to], |[of, to]| {
+        let (of, to) = (of.last()?, to.last()?);
+        (of.1 > 0.0 && to.1 > 0.0).then(|| to.0 * to.1 / (of.0 * of.1))
+    })
+}
+
+/// A number that follows from the points of some curves, with what drawing the replicas again makes of it.
+fn bootstrap<const N: usize>(curves: [&Curve; N], of: impl Fn([&[Mean]; N]) -> Option<f64>) -> Option<Interval> {
+    let means = curves.map(Curve::means);
+    let value = of(std::array::from_fn(|i| &means[i][..])).filter(|value| value.is_finite())?;
+    let mut rng = Pcg64::new(0x5eed, 0xb007);
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .filter_map(|_| {
+            let means = curves.map(|curve| curve.drawn(&mut rng));
+            of(std::array::from_fn(|i| &means[i][..])).filter(|value| value.is_finite())
+        })
+        .collect();
+    if (draws.len() as f64) < EXISTS * DRAWS as f64 {
+        return None;
+    }
+    draws.sort_unstable_by(f64::total_cmp);
+    let at = |share: f64| draws[((draws.len() - 1) as f64 * share).round() as usize];
+    let mean = draws.iter().sum::<f64>() / draws.len() as f64;
+    let variance = draws.iter().map(|draw| (draw - mean).powi(2)).sum::<f64>() / (draws.len() - 1) as f64;
+    Some(Interval { value, low: at(0.025), high: at(0.975), error: variance.sqrt() })
+}
+
+fn logarithms(means: &[Mean]) -> impl Iterator<Item = (f64, f64)> + Clone {
+    means.iter().filter(|(t, error)| *t > 0.0 && *error > 0.0).map(|(t, error)| (t.ln(), error.ln()))
+}
+
+fn slope(means: &[Mean]) -> Option<f64> {
+    let points = logarithms(means);
+    let n = points.clone().count();
+    if n < 3 {
+        return None;
+    }
+    let n = n as f64;
+    let (mx, my) = points.clone().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));
+    let (xx, xy) = points.fold((0.0, 0.0), |(xx, xy), (x, y)| (xx + (x - mx) * (x - mx), xy + (x - mx) * (y - my)));
+    Some(xy / xx)
+}
+
+fn time_to_reach(means: &[Mean], error: f64) -> Option<f64> {
+    let points: Vec<(f64, f64)> = logarithms(means).collect();
+    let goal = error.ln();
+    let pair = points.windows(2).find(|pair| pair[0].1 > goal && pair[1].1 <= goal)?;
+    let share = (pair[0].1 - goal) / (pair[0].1 - pair[1].1);
+    Some((pair[0].0 + share * (pair[1].0 - pair[0].0)).exp())
+}
+
+/// The logarithm of a curve's error at a logarithm of time within its points.
+fn error_at(points: &[(f64, f64)], t: f64) -> Option<f64> {
+    let pair = points.windows(2).find(|pair| (pair[0].0..=pair[1].0).contains(&t))?;
+    let share = if pair[1].0 > pair[0].0 { (t - pair[0].0) / (pair[1].0 - pair[0].0) } else { 0.0 };
+    Some(pair[0].1 + share * (pair[1].1 - pair[0].1))
+}
+
+fn crossing(late: &[Mean], early: &[Mean]) -> Option<f64> {
+    let (late, early): (Vec<_>, Vec<_>) = (logarithms(late).collect(), logarithms(early).collect());
+    let mut times: Vec<f64> = late.iter().chain(&early).map(|(t, _)| *t).collect();
+    times.sort_unstable_by(f64::total_cmp);
+    let gaps: Vec<(f64, f64)> =
+        times.iter().filter_map(|t| Some((*t, error_at(&late, *t)? - error_at(&early, *t)?))).collect();
+    // The last change of sign, if it ends below.
+    if gaps.last()?.1 >= 0.0 {
+        return None;
+    }
+    let pair = gaps.windows(2).rev().find(|pair| pair[0].1 >= 0.0)?;
+    let share = pair[0].1 / (pair[0].1 - pair[1].1);
+    Some((pair[0].0 + share * (pair[1].0 - pair[0].0)).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Replicas with errors factor · t^slope, times noise.
+    fn curve(name: &str, factor: f64, slope: f64, noise: f64) -> Curve {
+        let mut rng = Pcg64::new(7, name.len() as u128);
+        let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut sample = |t: f64| {
+            let error = factor * t.powf(slope) * (1.0 + noise * (uniform() + uniform() + uniform() + uniform() - 2.0));
+            Sample { seconds: t, error }
+        };
+        let points = (0..9).map(|i| (0..8).map(|_| sample(0.25 * 2f64.powi(i))).collect()).collect();
+        Curve { name: name.into(), points }
+    }
+
+    #[test]
+    fn what_follows_from_exact_curves_is_exact() {
+        let (slow, fast) = (curve("slow", 0.01, -0.5, 0.0), curve("fast", 0.03, -1.0, 0.0));
+        let close = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        let slope = fast.slope().unwrap();
+        assert!(close(slope.value, -1.0) && slope.error < 1e-12);
+        assert!(close(fast.time_to_reach(0.01).unwrap().value, 3.0));
+        assert_eq!(fast.time_to_reach(1e-6), None, "beyond the last point");
+        assert_eq!(fast.time_to_reach(1.0), None, "before the first point");
+        // 0.03 / t = 0.01 / sqrt(t) at t = 9.
+        assert!(close(overtakes(&fast, &slow).unwrap().value, 9.0));
+        assert_eq!(overtakes(&slow, &fast), None);
+        // At 64 s: 0.01 / 8 against 0.03 / 64.
+        assert!(close(relative_efficiency(&fast, &slow).unwrap().value, (0.01 / 8.0) / (0.03 / 64.0)));
+    }
+
+    #[test]
+    fn intervals_hold_the_truth_about_as_often_as_they_say() {
+        let (mut slopes, mut errors, mut narrow, n) = (0, 0, 0, 200);
+        for i in 0..n {
+            // The length of the name is the seed.
+            let noisy = curve(&"x".repeat(i + 1), 0.02, -1.0, 0.6);
+            let slope = noisy.slope().unwrap();
+            slopes += usize::from(slope.low <= -1.0 && -1.0 <= slope.high);
+            let last = noisy.errors()[8];
+            let truth = 0.02 / 64.0;
+            errors += usize::from(last.low <= truth && truth <= last.high);
+            // Intervals a third as wide are wrong more often.
+            narrow += usize::from((slope.value + 1.0).abs() <= (slope.high - slope.low) / 6.0);
+        }
+        // The bootstrap of eight replicas is a little too narrow.
+        assert!(slopes > 165 && errors > 160, "{slopes} {errors}");
+        assert!(narrow < 120, "{narrow}");
+    }
+
+    #[test]
+    fn methods_that_differ_are_told_apart_and_equal_ones_are_not() {
+        let (a, b, worse) =
+            (curve("a", 0.02, -1.0, 0.3), curve("bb", 0.02, -1.0, 0.3), curve("worse", 0.04, -1.0, 0.3));
+        let last = |curve: &Curve| curve.errors()[8];
+        assert!(last(&a).is_apart_from(&last(&worse)) && !last(&a).is_apart_from(&last(&b)));
+        let ratio = relative_efficiency(&a, &worse).unwrap();
+        assert!(ratio.low > 1.2 && ratio.high < 3.2, "{ratio:?}");
+    }
+}

@@ -91,6 +91,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
         materials: library.materials,
         textures: library.textures.textures,
         lights: world.lights,
+        environment: None,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
     Ok(Asset { file: name.into(), description, warnings: warnings.into_sentences(), summary })

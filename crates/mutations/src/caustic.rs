@@ -39,8 +39,9 @@ impl Caustic {
             return None;
         }
         let start = (1..k - 1).rev().find(|&i| x.vertices[i].component == Component::Rough).unwrap_or(0);
-        // A distant light sends all its light in one direction, which cannot be turned.
-        (!matches!(x.vertices[start].kind, Kind::DistantLight(_))).then_some(start)
+        // A distant light sends all its light in one direction, which cannot be turned. That of the environment could be, but it has
+        // no position to be turned about.
+        (!matches!(x.vertices[start].kind, Kind::DistantLight(_) | Kind::Environment)).then_some(start)
     }
 
     /// The range of angles, which depends on the path: pixels carried through |x_{k-1} - x_k| over the summed length of

@@ -16,6 +16,7 @@ mod accessor;
 mod asset;
 mod container;
 mod document;
+mod environment;
 mod error;
 mod extensions;
 mod hierarchy;
@@ -34,6 +35,7 @@ use ergodic_pathspace::SceneDescription;
 
 pub use asset::{Asset, CameraError, Summary};
 use document::Document;
+pub use environment::load_environment;
 use error::Flaw;
 pub use error::{AssetError, Trouble};
 use library::Library;

@@ -65,11 +65,8 @@ impl AliasTable {
         let column = (x as usize).min(self.own.len() - 1);
         let rest = x - column as f64;
         let own = self.own[column];
-        let (index, left) = if rest < own {
-            (column, rest / own)
-        } else {
-            (self.alias[column] as usize, (rest - own) / (1.0 - own))
-        };
+        let (index, left) =
+            if rest < own { (column, rest / own) } else { (self.alias[column] as usize, (rest - own) / (1.0 - own)) };
         (index, left.min(1.0 - f64::EPSILON))
     }
 

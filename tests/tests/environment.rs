@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_laws::faults::Scaled;
-use ergodic_mutations::{AnyMutation, Bidirectional};
+use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Splice};
 use ergodic_pathspace::{Kind, Lengths, Path, PathSpace, Roulette, Scene};
 use ergodic_scattering::{Component, Environment, Material, Rgb};
 use ergodic_tests::{Eye, Thing, cuboid, description_of, diffuse, glass, mirror, nightly, quad, sphere, view_of};
@@ -111,7 +111,7 @@ fn a_small_sun_is_a_directional_light() {
 fn sky() -> Environment {
     let (width, height) = (16, 8);
     let texel = |(j, i): (u32, u32)| match (j, i) {
-        (2, 5) => [60.0, 50.0, 40.0],
+        (2, 5) => [20.0, 17.0, 14.0],
         (3, 9 | 10) => [0.0; 3],
         (4.., _) => [0.2, 0.25, 0.3],
         _ => [0.4, 0.6, 0.5 + 0.1 * j as f32],
@@ -161,7 +161,7 @@ fn yard(lamp: bool, lengths: Lengths) -> PathSpace {
         things.push((quad(DVec3::new(1.0, 2.0, -0.4), DVec3::X * 0.8, DVec3::Z * 0.8), diffuse(0.2, 8.0)));
     }
     let eye = Eye { from: DVec3::new(1.5, 2.0, 4.0), at: DVec3::new(0.0, 0.4, 0.0), up: DVec3::Y, fov: 0.8 };
-    PathSpace { scene: under(sky(), things, &eye, 32), lengths }
+    PathSpace { scene: under(sky(), things, &eye, 64), lengths }
 }
 
 #[test]
@@ -198,14 +198,30 @@ fn one_step_leaves_the_target_invariant_under_an_environment_and_a_lamp() {
 #[test]
 fn a_direction_measured_as_an_area_is_caught() {
     // Short paths only: longer ones come with weights so uneven that they hide it.
-    let space = garden(true, 64, Lengths { min_edges: 1, max_edges: 4 });
+    let space = yard(true, Lengths { min_edges: 1, max_edges: 3 });
     // As if the projected solid angle were the measure of the environment's new directions.
-    let factor = |_: &Path, to: &Path, (_, plan): (usize, ergodic_mutations::Splice)| {
+    let factor = |_: &Path, to: &Path, (_, plan): (usize, Splice)| {
         if plan.prefix == 0 && to.vertices[0].kind == Kind::Environment { 1.0 / to.edges[0].geometry } else { 1.0 }
     };
     let kernels = [Scaled { mutation: mixture(vec![AnyMutation::Bidirectional(Bidirectional {})]), factor }];
-    let (law, _) = &drifts(&space, &kernels, 150_000, 29)[0];
+    let (law, _) = &drifts(&space, &kernels, 600_000, 29)[0];
     let z = law.verdict(ALPHA).max_t;
+    println!("z = {z}");
+    assert!(z > CAUGHT, "z = {z}");
+}
+
+#[test]
+fn a_shift_measured_across_the_light_is_caught() {
+    let space = yard(false, Lengths { min_edges: 2, max_edges: 3 });
+    // Without the step from the plane across the light to the surface that it meets.
+    let factor = |from: &Path, to: &Path, _: (usize, Splice)| {
+        // Longer paths are turned at a vertex of the box or the floor.
+        if from.length() == 2 { 1.0 / to.edges[0].to_eye_side } else { 1.0 }
+    };
+    let kernels = [Scaled { mutation: mixture(vec![AnyMutation::Caustic(Caustic::default())]), factor }];
+    let (law, _) = &drifts(&space, &kernels, 150_000, 31)[0];
+    let z = law.verdict(ALPHA).max_t;
+    println!("z = {z}");
     assert!(z > CAUGHT, "z = {z}");
 }
 

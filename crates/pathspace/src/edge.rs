@@ -34,7 +34,7 @@ impl Edge {
     /// The edge from `light_side` to `eye_side`.
     #[inline]
     pub fn new(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
-        if matches!(light_side.kind, Kind::DistantLight(_) | Kind::Environment) {
+        if light_side.is_distant() {
             let direction = light_side.interaction.ng;
             let cos_eye = cosine(eye_side, direction);
             return Self {

@@ -455,19 +455,25 @@ impl Scene {
             Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
             Kind::PointLight(index) => self.lights.punctual[index as usize].sample_direction(u),
             Kind::DistantLight(_) | Kind::Environment => {
-                count_ray();
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
-                let origin = frame.t * x + frame.b * y - direction * (2.0 * self.radius) + self.centre();
-                let ray = Ray { origin, direction };
-                record::closest(&ray);
-                return self.world.intersect(&ray).map(|hit| self.vertex(&hit));
+                return self.trace_parallel(direction, frame.t * x + frame.b * y + self.centre());
             }
             Kind::Camera => return None,
         };
         self.trace(light, w)
+    }
+
+    /// The first point that light from infinitely far away meets on the line along `direction` through `point`.
+    #[inline]
+    pub fn trace_parallel(&self, direction: DVec3, point: DVec3) -> Option<Vertex> {
+        count_ray();
+        // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
+        let along = direction.dot(point - self.centre());
+        let ray = Ray { origin: point - direction * (along + 2.0 * self.radius), direction };
+        record::closest(&ray);
+        self.world.intersect(&ray).map(|hit| self.vertex(&hit))
     }
 
     fn centre(&self) -> DVec3 {

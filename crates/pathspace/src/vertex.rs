@@ -56,6 +56,12 @@ impl Vertex {
         self.kind == Kind::Surface
     }
 
+    /// Whether the vertex is infinitely far away: light travels along its `interaction.ng` and has no position.
+    #[inline]
+    pub fn is_distant(&self) -> bool {
+        matches!(self.kind, Kind::DistantLight(_) | Kind::Environment)
+    }
+
     /// Whether the vertex may end a path as its light: a point of a surface, or a direction of the environment. Other lights have
     /// no extent, so that no walk from the eye meets them.
     #[inline]

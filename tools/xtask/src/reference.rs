@@ -29,7 +29,7 @@ const PLANS: [Plan; 6] = [
     Plan { scene: "ajar", method: Method::Bidirectional, samples_per_pixel: 384.0 },
     Plan { scene: "ring", method: Method::Bidirectional, samples_per_pixel: 256.0 },
     Plan { scene: "glass", method: Method::Path, samples_per_pixel: 1536.0 },
-    Plan { scene: "dusk", method: Method::Path, samples_per_pixel: 1024.0 },
+    Plan { scene: "dusk", method: Method::Path, samples_per_pixel: 384.0 },
     Plan { scene: "pool", method: Method::Path, samples_per_pixel: 2048.0 },
 ];
 

@@ -29,8 +29,8 @@ pub(super) fn make() -> Document {
     document.shape("bowl", &revolve(&bowl, Profile::Edged, 96).moved(on_floor(0.95, -0.3)), gold);
     document.shape("block", &cuboid(DVec3::new(-0.55, 0.001, -1.25), DVec3::new(0.15, 0.75, -0.75)), block);
     // 24 cm square, above the block, turned down and to the front.
-    let (u, v) = (DVec3::X * 0.24, DVec3::new(0.0, -0.12, 0.2078));
-    document.shape("lantern", &quad(DVec3::new(-0.32, 1.15, -0.9), u, v), lamp);
+    let (u, v) = (DVec3::X * 0.24, DVec3::new(0.0, 0.12, 0.2078));
+    document.shape("lantern", &quad(DVec3::new(-0.32, 1.05, -0.9), u, v), lamp);
     document.camera(DVec3::new(0.3, 1.05, 3.5), DVec3::new(0.0, 0.42, 0.0), 38.0);
     document
 }

@@ -117,7 +117,7 @@ fn sky() -> Environment {
         _ => [0.4, 0.6, 0.5 + 0.1 * j as f32],
     };
     let texels = (0..height).flat_map(|j| (0..width).map(move |i| (j, i))).flat_map(texel).collect();
-    Environment::map(width, height, texels, 1.0, 40.0).unwrap()
+    Environment::map(width, height, texels, 1.0, 40.0).expect("as many texels as it says")
 }
 
 /// Balls of glass, mirror and glossy metal on a floor under [`sky`], and a lamp if there is to be one.

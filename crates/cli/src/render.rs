@@ -70,15 +70,20 @@ fn settings(options: &RenderOptions) -> Result<Settings, CliError> {
         Some(path) => config::load(path)?,
         None => Settings::default(),
     };
+    let place_environment = |settings: &mut Settings| {
+        if let Some(file) = &options.environment {
+            settings.environment = Some(environment::with_file(settings.environment.take(), file));
+        }
+    };
+    // Before --set, so that there is a map whose rotation and strength can be set, and after it, because options win.
+    place_environment(&mut settings);
     for assignment in &options.set {
         settings = config::set(&settings, assignment)?;
     }
     if let Some(scene) = &options.scene {
         settings.scene = scene.display().to_string();
     }
-    if let Some(file) = &options.environment {
-        settings.environment = Some(environment::with_file(settings.environment, file));
-    }
+    place_environment(&mut settings);
     if let Some(method) = options.method {
         settings.method = method;
     }

@@ -403,7 +403,10 @@ fn an_environment_lights_a_scene_that_has_no_light() {
     };
     let once = picture("once", &["unlit.gltf", "--environment", "skies/even.hdr"]);
     assert_eq!(once, picture("constant", &["unlit.gltf", "--set", "environment=Constant(1, 1, 1)"]));
-    assert_ne!(once, picture("twice", &["--config", "skies/my.ron"]));
+    let twice = picture("twice", &["--config", "skies/my.ron"]);
+    assert_ne!(once, twice);
+    let set = ["unlit.gltf", "--environment", "skies/even.hdr", "--set", "environment.strength=2"];
+    assert_eq!(twice, picture("set", &set));
     let without = folder.run(&["render", "unlit.gltf"]);
     assert!(!without.status.success() && text(&without.stderr).contains("give an environment"));
     let missing = folder.run(&["render", "unlit.gltf", "--environment", "none.hdr"]);

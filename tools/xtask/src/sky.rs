@@ -18,8 +18,8 @@ pub struct Sky {
 impl Sky {
     /// The file: pixels of 4 bytes, three mantissas and an exponent in common (Ward 1991), without run lengths. The middle column
     /// shows +x, columns further right turn towards +z.
-    pub fn to_hdr(&self) -> Vec<u8> {
-        let Self { width, height, radiance } = *self;
+    pub fn to_hdr(self) -> Vec<u8> {
+        let Self { width, height, radiance } = self;
         let mut file = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
         for j in 0..height {
             let (radius, y) = (PI * (f64::from(j) + 0.5) / f64::from(height)).sin_cos();

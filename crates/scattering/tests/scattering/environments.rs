@@ -10,7 +10,7 @@ use crate::support::{Outcome, Random, Rings, chi_square_directions};
 /// Texels that a function of row and column gives.
 fn map(width: u32, height: u32, rotation: f64, texel: impl Fn(u32, u32) -> [f32; 3]) -> Environment {
     let texels = (0..height).flat_map(|j| (0..width).map(move |i| (j, i))).flat_map(|(j, i)| texel(j, i)).collect();
-    Environment::map(width, height, texels, 1.0, rotation).unwrap()
+    Environment::map(width, height, texels, 1.0, rotation).expect("as many texels as it says")
 }
 
 /// A sky, dark ground, and some texels that are black or far brighter than others.

@@ -212,14 +212,12 @@ fn a_direction_measured_as_an_area_is_caught() {
 
 #[test]
 fn a_shift_measured_across_the_light_is_caught() {
-    let space = yard(false, Lengths { min_edges: 2, max_edges: 3 });
-    // Without the step from the plane across the light to the surface that it meets.
-    let factor = |from: &Path, to: &Path, _: (usize, Splice)| {
-        // Longer paths are turned at a vertex of the box or the floor.
-        if from.length() == 2 { 1.0 / to.edges[0].to_eye_side } else { 1.0 }
-    };
-    let kernels = [Scaled { mutation: mixture(vec![AnyMutation::Caustic(Caustic::default())]), factor }];
-    let (law, _) = &drifts(&space, &kernels, 150_000, 31)[0];
+    let space = yard(false, Lengths { min_edges: 2, max_edges: 2 });
+    // Without the step from the plane across the light to the surface that it meets. Large shifts, to surfaces that face elsewhere.
+    let factor = |_: &Path, to: &Path, _: (usize, Splice)| 1.0 / to.edges[0].to_eye_side;
+    let large = Caustic { min_pixels: 2.0, image_share: 1.0 };
+    let kernels = [Scaled { mutation: mixture(vec![AnyMutation::Caustic(large)]), factor }];
+    let (law, _) = &drifts(&space, &kernels, 500_000, 31)[0];
     let z = law.verdict(ALPHA).max_t;
     println!("z = {z}");
     assert!(z > CAUGHT, "z = {z}");

@@ -14,7 +14,7 @@ pub use source::PathSource;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ergodic_assets::load;
+use ergodic_assets::{load, load_environment};
 use ergodic_pathspace::{Lengths, PathSpace, Scene, SceneDescription, View};
 
 /// The folder of the repository.
@@ -22,10 +22,16 @@ pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The description of a scene of the repository.
+/// The description of a scene of the repository, with the sky beside it if there is one.
 pub fn description(name: &str) -> SceneDescription {
-    let path = root().join("scenes").join(name).join("scene.glb");
-    load(&path).unwrap_or_else(|e| panic!("{e}")).description
+    let folder = root().join("scenes").join(name);
+    let mut description = load(&folder.join("scene.glb")).unwrap_or_else(|e| panic!("{e}")).description;
+    let sky = folder.join("sky.hdr");
+    if sky.exists() {
+        let (environment, _) = load_environment(&sky, 1.0, 0.0).unwrap_or_else(|e| panic!("{e}"));
+        description.environment = Some(environment);
+    }
+    description
 }
 
 /// A scene seen by its first camera at `size`, with the box filter.

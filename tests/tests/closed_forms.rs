@@ -36,7 +36,7 @@ use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, mirror, quad, 
 use glam::{DVec2, DVec3};
 
 /// Pixels on a side; even, for the halves.
-const SIDE: u32 = 16;
+pub(crate) const SIDE: u32 = 16;
 
 const REPLICAS: usize = 16;
 
@@ -81,13 +81,19 @@ fn picture_mean(picture: &Picture, width: f64) -> Rgb {
 }
 
 /// Samples a pixel for each of [`Method::ALL`]; 0 where a method is not asked.
-type Samples = [f64; 3];
+pub(crate) type Samples = [f64; 3];
 
 /// Enough for most scenes.
-const USUAL: Samples = [32.0, 16.0, 256.0];
+pub(crate) const USUAL: Samples = [32.0, 16.0, 256.0];
 
 /// Renders and compares every region and channel with the truth, which is given in shares of the picture.
-fn check(name: &str, scene: &Arc<Scene>, edges: RangeInclusive<usize>, samples: Samples, truth: impl Fn(DVec2) -> Rgb) {
+pub(crate) fn check(
+    name: &str,
+    scene: &Arc<Scene>,
+    edges: RangeInclusive<usize>,
+    samples: Samples,
+    truth: impl Fn(DVec2) -> Rgb,
+) {
     for ((method, method_name), samples) in Method::ALL.into_iter().zip(samples).filter(|(_, samples)| *samples > 0.0) {
         let settings = settings(method, &edges, SIDE, samples);
         let replicas = render_replicas(scene, &settings, REPLICAS, &Unobserved).expect("valid settings");

@@ -1,6 +1,7 @@
 //! Cross-crate tests: one binary, so that they share one build.
 
 mod closed_forms;
+mod environment;
 mod exact_rank;
 mod image_faults;
 mod mutation_laws;

@@ -193,13 +193,27 @@ fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
 
 const REPLICAS: u64 = 12;
 
-/// Two-sided 1e-4 over 5 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
+/// Two-sided 1e-4 over 6 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
 /// Sidak: 8.0. A few blocks that hold a handful of fireflies have fewer effective degrees of freedom; none does here.
 const LIMIT: f64 = 8.0;
 
 fn check_agreement(name: &str) {
+    check_chains(name, &view_of(description(name), (32, 32)));
+}
+
+/// Path tracing, bidirectional path tracing and Metropolis light transport make the same picture.
+pub(crate) fn check_methods(name: &str, scene: &Arc<Scene>) {
     let size = (32, 32);
-    let scene = view_of(description(name), size);
+    let path = replicate(scene, &settings(Method::Path, size, 96.0), REPLICAS);
+    let bidirectional = replicate(scene, &settings(Method::Bidirectional, size, 48.0), REPLICAS);
+    let t = disagreement(&path, &bidirectional);
+    println!("{name}: path {:.5}, bidirectional {:.5}, max |t| {t:.1}", path[16].0, bidirectional[16].0);
+    assert!(t < LIMIT, "{name}: {t}");
+    check_chains(name, scene);
+}
+
+fn check_chains(name: &str, scene: &Arc<Scene>) {
+    let size = (32, 32);
     for (min_edges, max_edges) in [(1, 8), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6)] {
         let lengths = |mut s: Settings| {
             s.min_edges = min_edges;
@@ -209,8 +223,8 @@ fn check_agreement(name: &str) {
             s.mlt.seeding.max_samples = 100_000;
             s
         };
-        let bidirectional = replicate(&scene, &lengths(settings(Method::Bidirectional, size, 48.0)), REPLICAS);
-        let mlt = replicate(&scene, &lengths(settings(Method::Mlt, size, 300.0)), REPLICAS);
+        let bidirectional = replicate(scene, &lengths(settings(Method::Bidirectional, size, 48.0)), REPLICAS);
+        let mlt = replicate(scene, &lengths(settings(Method::Mlt, size, 300.0)), REPLICAS);
         let t = disagreement(&bidirectional, &mlt);
         println!(
             "{name} {min_edges}..{max_edges}: bidirectional {:.5}, mlt {:.5}, max |t| {t:.1}",
@@ -238,6 +252,11 @@ fn bidirectional_and_mlt_agree_on_ring() {
 #[test]
 fn bidirectional_and_mlt_agree_on_glass() {
     check_agreement("glass");
+}
+
+#[test]
+fn bidirectional_and_mlt_agree_on_dusk() {
+    check_agreement("dusk");
 }
 
 #[test]

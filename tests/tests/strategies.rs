@@ -13,7 +13,7 @@ use ergodic_scattering::{Material, Rgb, luminance};
 use ergodic_tests::{PathSource, nightly, quad, space, view_of};
 use glam::{DAffine3, DVec3};
 
-const SCENES: [&str; 5] = ["cornell", "ajar", "ring", "glass", "pool"];
+const SCENES: [&str; 6] = ["cornell", "ajar", "ring", "glass", "pool", "dusk"];
 const LENGTHS: Lengths = Lengths { min_edges: 1, max_edges: 8 };
 
 fn relative(a: f64, b: f64) -> f64 {
@@ -91,7 +91,7 @@ fn paths_are_unoccluded_and_their_edges_can_be_dropped() {
 
 /// The largest |z| between two single strategies that make the same paths (T9), over all lengths of the space.
 /// `fault` multiplies the estimate of a path made by strategy s.
-fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) -> f64) -> f64 {
+pub(crate) fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) -> f64) -> f64 {
     let scene = &*space.scene;
     let longest = space.lengths.max_edges;
     let mut sampler = BidirectionalSampler::new(space.lengths, Roulette::OFF);
@@ -128,7 +128,7 @@ fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) ->
 }
 
 /// Some 30 comparisons at 1e-5 for all together.
-const AGREE: f64 = 5.2;
+pub(crate) const AGREE: f64 = 5.2;
 
 #[test]
 fn single_strategies_agree_per_length() {

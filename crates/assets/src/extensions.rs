@@ -56,6 +56,9 @@ pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
             known if UNDERSTOOD.contains(&known) => continue,
             "KHR_materials_unlit" => "is not supported: these materials are lit like any other",
             "KHR_materials_variants" => "is not supported: the default materials are shown",
+            "EXT_lights_image_based" | "EXT_lights_ies" | "KHR_environment_map" => {
+                "is not supported: give a latitude-longitude map by --environment"
+            }
             "KHR_animation_pointer" => "is not supported: the scene is shown at rest",
             "KHR_materials_pbrSpecularGlossiness" => "is not supported: the metallic-roughness values are used",
             _ => "is not supported and has no effect",

@@ -16,6 +16,7 @@ mod accessor;
 mod asset;
 mod container;
 mod document;
+mod environment;
 mod error;
 mod extensions;
 mod hierarchy;
@@ -34,6 +35,7 @@ use ergodic_pathspace::SceneDescription;
 
 pub use asset::{Asset, CameraError, Summary};
 use document::Document;
+pub use environment::load_environment;
 use error::Flaw;
 pub use error::{AssetError, Trouble};
 use library::Library;
@@ -91,6 +93,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
         materials: library.materials,
         textures: library.textures.textures,
         lights: world.lights,
+        environment: None,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
     Ok(Asset { file: name.into(), description, warnings: warnings.into_sentences(), summary })

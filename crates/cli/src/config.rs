@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ergodic_render::Settings;
+use ergodic_render::{EnvironmentSettings, Settings};
 use miette::{NamedSource, SourceSpan};
 use ron::Options;
 use ron::error::{Position, SpannedError};
@@ -48,16 +48,22 @@ fn error_in(name: &str, text: &str, error: &SpannedError) -> CliError {
     }))
 }
 
-/// Reads a config; its `scene` comes back relative to the current folder.
+/// Reads a config; the files that it names come back relative to the current folder.
 pub fn load(path: &Path) -> Result<Settings, CliError> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|e| {
         CliError::Said(format!("{name} cannot be read: {e}. `ergodic config > my.ron` makes a config to start from"))
     })?;
     let mut settings = parse(&text).map_err(|e| error_in(&name, &text, &e))?;
-    if !settings.scene.is_empty() {
-        let beside: PathBuf = path.parent().unwrap_or(Path::new("")).join(&settings.scene);
-        settings.scene = beside.display().to_string();
+    let make_relative = |file: &mut String| {
+        if !file.is_empty() {
+            let beside: PathBuf = path.parent().unwrap_or(Path::new("")).join(&file);
+            *file = beside.display().to_string();
+        }
+    };
+    make_relative(&mut settings.scene);
+    if let Some(EnvironmentSettings::Map(map)) = &mut settings.environment {
+        make_relative(&mut map.file);
     }
     settings.validate().map_err(|what| CliError::Said(format!("{name}: {what}")))?;
     Ok(settings)
@@ -87,7 +93,7 @@ pub fn set(settings: &Settings, assignment: &str) -> Result<Settings, CliError> 
 
 #[cfg(test)]
 mod tests {
-    use ergodic_render::{Budget, FilterSettings};
+    use ergodic_render::{Budget, EnvironmentMap, FilterSettings};
 
     use super::*;
 
@@ -120,6 +126,18 @@ mod tests {
         assert_eq!(set(&defaults, "budget=Seconds(2.5)").unwrap().budget, Budget::Seconds(2.5));
         assert_eq!(set(&defaults, "size=(3, 4)").unwrap().size, (3, 4));
         assert_eq!(set(&defaults, "size.1=4").unwrap().size, (defaults.size.0, 4));
+        let constant = set(&defaults, "environment=Constant(1, 0.5, 2)").unwrap();
+        assert_eq!(constant.environment, Some(EnvironmentSettings::Constant(1.0, 0.5, 2.0)));
+        let map = set(&constant, "environment=Map(file: \"sky.hdr\", rotation: 90)").unwrap();
+        let map = set(&set(&map, "environment.strength=2").unwrap(), "environment.file=dusk.exr").unwrap();
+        let wanted = EnvironmentMap { file: "dusk.exr".into(), rotation: 90.0, strength: 2.0 };
+        assert_eq!(map.environment, Some(EnvironmentSettings::Map(wanted)));
+        assert_eq!(parse(&to_ron(&map)).unwrap(), map);
+        assert_eq!(
+            parse("(environment: Some(Map(file: \"dusk.exr\", rotation: 90, strength: 2)))").unwrap().environment,
+            map.environment
+        );
+        assert_eq!(set(&map, "environment=None").unwrap().environment, None);
         assert_eq!(set(&defaults, "camera=left eye").unwrap().camera, "left eye");
         assert_eq!(set(&defaults, "mlt.mutations.1.0=3.5").unwrap().mlt.mutations[1].0, 3.5);
         let lens = set(&defaults, "mlt.mutations.1.1.min_pixels=0.25").unwrap();
@@ -141,6 +159,9 @@ mod tests {
         assert!(said("mlt.chains=many").contains("--set mlt.chains"));
         assert!(said("mlt.chains=0").contains("from 1 to"));
         assert!(said("method=metropolis").contains("bidirectional"));
+        assert!(said("environment=Constant(-1, 0, 0)").contains("not negative"));
+        assert!(said("environment=Map(rotation: 3)").contains("has no file"));
+        assert!(said("environment=Map(file: \"a.hdr\", strength: 0)").contains("environment.strength"));
         assert!(said("seed").contains("like --set"));
         assert!(said("seed.deeper=1").contains("no parts"));
     }

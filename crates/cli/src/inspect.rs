@@ -3,13 +3,20 @@
 use ergodic_assets::{Asset, load};
 use ergodic_scattering::{Material, PunctualLight};
 
+use crate::environment;
 use crate::error::CliError;
 use crate::options::InspectOptions;
 use crate::{table, terminal};
 
 /// Tells what is in a file.
 pub fn run(options: &InspectOptions) -> Result<(), CliError> {
-    let asset = load(&options.scene)?;
+    let mut asset = load(&options.scene)?;
+    if let Some(file) = &options.environment {
+        let settings = environment::with_file(None, file);
+        let (environment, warnings) = environment::load(Some(&settings))?;
+        asset.description.environment = environment;
+        asset.warnings.extend(warnings);
+    }
     terminal::print_lines(lines(&asset));
     Ok(())
 }
@@ -44,8 +51,8 @@ fn lines(asset: &Asset) -> Vec<String> {
     section(&mut lines, "Lights", &lights(asset), &["kind", "radiance, intensity or irradiance", "where"]);
     if lights(asset).is_empty() {
         lines.push(
-            "no light: give a material an emissiveFactor, or add a light by KHR_lights_punctual; without one \
-             nothing can be rendered"
+            "no light: give a material an emissiveFactor, add a light by KHR_lights_punctual, or render with \
+             --environment; without one nothing can be rendered"
                 .into(),
         );
     }
@@ -56,7 +63,7 @@ fn lines(asset: &Asset) -> Vec<String> {
     if asset.warnings.is_empty() {
         lines.push("Everything in the file is supported.".into());
     } else {
-        lines.push("Not supported:".into());
+        lines.push("Not supported, or not as it should be:".into());
         lines.extend(asset.warnings.iter().map(|warning| format!("  {warning}")));
     }
     lines
@@ -97,6 +104,10 @@ fn lights(asset: &Asset) -> Vec<Vec<String>> {
                 format!("{triangles} triangles of {:?}", material.name),
             ]);
         }
+    }
+    if let Some(environment) = &description.environment {
+        let [size, mean, orientation] = environment::describe(environment);
+        rows.push(vec![format!("environment, {size}"), format!("mean {mean}"), orientation]);
     }
     for light in &description.lights {
         rows.push(match light {

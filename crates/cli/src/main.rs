@@ -2,6 +2,7 @@
 
 mod compare;
 mod config;
+mod environment;
 mod error;
 mod inspect;
 mod options;

@@ -48,6 +48,9 @@ pub struct RenderOptions {
     /// Settings in RON; `ergodic config` prints all of them
     #[arg(long, value_name = "FILE.ron")]
     pub config: Option<PathBuf>,
+    /// Light from infinitely far away: a latitude-longitude map, .hdr or .exr
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
     /// path: path tracing. bidirectional: bidirectional path tracing. mlt: Metropolis light transport
     #[arg(long, value_parser = method, value_name = "METHOD")]
     pub method: Option<Method>,
@@ -88,6 +91,9 @@ pub struct RenderOptions {
 pub struct InspectOptions {
     /// A .glb or .gltf file
     pub scene: PathBuf,
+    /// Tell of this map too, a .hdr or .exr file that is to light the scene
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
 }
 
 /// Options of `compare`.

@@ -8,11 +8,11 @@ use ergodic_assets::{Asset, from_bytes, load};
 use ergodic_pathspace::Scene;
 use ergodic_render::{Settings, render};
 
-use crate::config;
 use crate::error::CliError;
 use crate::options::RenderOptions;
 use crate::output::Outputs;
 use crate::progress::Progress;
+use crate::{config, environment};
 use crate::{report, terminal};
 
 /// The scene that is rendered when none is named.
@@ -32,7 +32,8 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
             eprintln!("{line}");
         }
     };
-    for warning in &asset.warnings {
+    let (environment, more_warnings) = environment::load(settings.environment.as_ref())?;
+    for warning in asset.warnings.iter().chain(&more_warnings) {
         say(&format!("warning: {warning}"));
     }
     let aspect = f64::from(settings.size.0) / f64::from(settings.size.1);
@@ -41,7 +42,8 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
         say(&format!("{name} has no camera: it is seen from the front, framed whole"));
     }
     let outputs = Outputs::new(&stem(options, &settings))?;
-    let Asset { description, file, .. } = asset;
+    let Asset { mut description, file, .. } = asset;
+    description.environment = environment;
     let scene = Scene::new(description, &settings.view(camera)).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
 
     let unwatched = |e: std::io::Error| CliError::Said(format!("cannot watch for interruptions: {e}"));
@@ -68,12 +70,20 @@ fn settings(options: &RenderOptions) -> Result<Settings, CliError> {
         Some(path) => config::load(path)?,
         None => Settings::default(),
     };
+    let place_environment = |settings: &mut Settings| {
+        if let Some(file) = &options.environment {
+            settings.environment = Some(environment::with_file(settings.environment.take(), file));
+        }
+    };
+    // Before --set, so that there is a map whose rotation and strength can be set, and after it, because options win.
+    place_environment(&mut settings);
     for assignment in &options.set {
         settings = config::set(&settings, assignment)?;
     }
     if let Some(scene) = &options.scene {
         settings.scene = scene.display().to_string();
     }
+    place_environment(&mut settings);
     if let Some(method) = options.method {
         settings.method = method;
     }

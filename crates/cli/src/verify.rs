@@ -8,7 +8,9 @@ use ergodic_assets::load;
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::Scene;
 use ergodic_render::{Budget, Direct, Method, Settings, render_replicas};
+use ergodic_scattering::Environment;
 
+use crate::environment;
 use crate::error::CliError;
 use crate::options::{Effort, VerifyOptions};
 use crate::output;
@@ -128,7 +130,8 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
     let mut rows = Vec::new();
     for (name, scene_file, reference_file) in &scenes {
         let reference = Reference::read(reference_file)?;
-        let asset = load(scene_file)?;
+        let mut asset = load(scene_file)?;
+        asset.description.environment = environment_of(scene_file, name)?;
         let (width, height) = (reference.mean.width, reference.mean.height);
         let (camera, _) = asset.camera("", f64::from(width) / f64::from(height))?;
         let view = Settings { size: (width, height), ..Settings::default() }.view(camera);
@@ -195,6 +198,15 @@ fn scenes(options: &VerifyOptions) -> Result<Vec<(String, PathBuf, PathBuf)>, Cl
         (name, scene, reference)
     };
     Ok(chosen.into_iter().map(files).collect())
+}
+
+/// The environment that the config beside a scene names, NAME.ron; none without a config.
+fn environment_of(scene_file: &Path, name: &str) -> Result<Option<Environment>, CliError> {
+    let config = scene_file.with_file_name(format!("{name}.ron"));
+    if !config.exists() {
+        return Ok(None);
+    }
+    Ok(environment::load(crate::config::load(&config)?.environment.as_ref())?.0)
 }
 
 fn stem(name: &str, case: &Case) -> String {

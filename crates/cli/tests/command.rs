@@ -367,3 +367,50 @@ fn layers_are_further_channels_of_the_exr() {
     assert_eq!(diagnostics["quantities"].as_array().unwrap().len(), 3);
     assert!(diagnostics["longest_stay"].as_u64().unwrap() > 0 && diagnostics["warnings"].is_array());
 }
+
+/// A triangle that nothing lights, as a glTF file.
+const UNLIT: &str = r#"{
+    "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "buffers": [{"byteLength": 36, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]
+}"#;
+
+/// A map of 8 x 4 pixels of radiance 1.
+fn even_map() -> Vec<u8> {
+    let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 8\n".to_vec();
+    file.extend([128, 128, 128, 129].repeat(32));
+    file
+}
+
+#[test]
+fn an_environment_lights_a_scene_that_has_no_light() {
+    let folder = Folder::new("environment");
+    folder.write("unlit.gltf", UNLIT);
+    fs::create_dir(folder.0.join("skies")).unwrap();
+    fs::write(folder.0.join("skies/even.hdr"), even_map()).unwrap();
+    // The map's path is relative to the config.
+    folder.write("skies/my.ron", "(scene: \"../unlit.gltf\", environment: Map(file: \"even.hdr\", strength: 2))");
+    let picture = |stem: &str, arguments: &[&str]| {
+        let mut all = vec!["render", "-o", stem, "--exposure", "0"];
+        all.extend(QUICK);
+        all.extend(arguments);
+        let output = folder.run(&all);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert!(!text(&output.stderr).contains("warning"), "{}", text(&output.stderr));
+        fs::read(folder.0.join(format!("{stem}.png"))).unwrap()
+    };
+    let once = picture("once", &["unlit.gltf", "--environment", "skies/even.hdr"]);
+    assert_eq!(once, picture("constant", &["unlit.gltf", "--set", "environment=Constant(1, 1, 1)"]));
+    let twice = picture("twice", &["--config", "skies/my.ron"]);
+    assert_ne!(once, twice);
+    let set = ["unlit.gltf", "--environment", "skies/even.hdr", "--set", "environment.strength=2"];
+    assert_eq!(twice, picture("set", &set));
+    let without = folder.run(&["render", "unlit.gltf"]);
+    assert!(!without.status.success() && text(&without.stderr).contains("give an environment"));
+    let missing = folder.run(&["render", "unlit.gltf", "--environment", "none.hdr"]);
+    assert!(!missing.status.success() && text(&missing.stderr).contains("none.hdr: cannot be read"));
+    let told = text(&folder.run(&["inspect", "unlit.gltf", "--environment", "skies/even.hdr"]).stdout);
+    assert!(told.contains("environment, 8 x 4 texels") && told.contains("mean [1.0000, 1.0000, 1.0000]"), "{told}");
+}

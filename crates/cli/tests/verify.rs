@@ -19,7 +19,7 @@ fn every_method_and_every_mutation_agrees_with_every_reference() {
     println!("{printed}");
     assert_eq!(output.status.code(), Some(0), "{printed}{}", String::from_utf8_lossy(&output.stderr));
     let rows = |scene: &str| printed.lines().filter(|line| line.starts_with(scene)).count();
-    for scene in ["ajar", "cornell", "glass", "pool", "ring"] {
+    for scene in ["ajar", "cornell", "dusk", "glass", "pool", "ring"] {
         // Path tracing, bidirectional path tracing, the full mix, the bidirectional mutation alone, three others with it.
         assert_eq!(rows(scene), 7, "{scene}\n{printed}");
     }

@@ -1,11 +1,14 @@
 //! Caustic perturbation (Veach 11.4.3.2): turns the direction in which light leaves the last connectable vertex before a
-//! Dirac chain, traces it to the vertex that the eye sees, and connects that to the eye.
+//! Dirac chain, traces it to the vertex that the eye sees, and connects that to the eye. Light from infinitely far away keeps its
+//! direction and is shifted sideways instead.
 //!
 //! For suffixes `(L|D) S* D E`, written from the light.
 
+use ergodic_geometry::Frame;
 use ergodic_metropolis::{Density, Mutation, RandomSource};
-use ergodic_pathspace::{Kind, Path, PathSpace};
+use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, dirac_factor, follow, trace};
@@ -38,20 +41,32 @@ impl Caustic {
         if k < 2 || x.vertices[k - 1].component != Component::Rough {
             return None;
         }
-        let start = (1..k - 1).rev().find(|&i| x.vertices[i].component == Component::Rough).unwrap_or(0);
-        // A distant light sends all its light in one direction, which cannot be turned.
-        (!matches!(x.vertices[start].kind, Kind::DistantLight(_))).then_some(start)
+        Some((1..k - 1).rev().find(|&i| x.vertices[i].component == Component::Rough).unwrap_or(0))
     }
 
     /// The range of angles, which depends on the path: pixels carried through |x_{k-1} - x_k| over the summed length of
-    /// the edges that move.
+    /// the edges that move. From infinitely far away it is a range of lengths: the pixels' size at x_{k-1}.
     fn range(&self, space: &PathSpace, x: &Path, start: usize) -> JumpRange {
         let k = x.length();
-        let camera = space.scene.camera();
-        let seen = x.edges[k - 1].length;
+        let size_of_pixel = space.scene.camera().radians_per_pixel() * x.edges[k - 1].length;
+        let jumps = crate::image_jumps(space, self.min_pixels, self.image_share);
+        if x.vertices[start].is_distant() {
+            return jumps.scaled(size_of_pixel, f64::INFINITY);
+        }
         let moved: f64 = x.edges[start..k - 1].iter().map(|edge| edge.length).sum();
-        let radians_per_pixel = camera.radians_per_pixel() * seen / moved;
-        crate::image_jumps(space, self.min_pixels, self.image_share).scaled(radians_per_pixel, MAX_ANGLE)
+        jumps.scaled(size_of_pixel / moved, MAX_ANGLE)
+    }
+
+    /// Density with which vertex `start + 1` of `to` is found from `from`: per solid angle of the turned direction, per area of a plane
+    /// perpendicular to light that was shifted. 0 outside the range.
+    fn pdf_of_move(range: &JumpRange, from: &Path, to: &Path, start: usize) -> f64 {
+        let direction = from.edges[start].direction;
+        if from.vertices[start].is_distant() {
+            let moved = to.vertices[1].position - from.vertices[1].position;
+            range.pdf_area(DVec2::new(moved.reject_from_normalized(direction).length(), 0.0))
+        } else {
+            range.pdf_solid_angle(direction, to.edges[start].direction)
+        }
     }
 }
 
@@ -82,17 +97,24 @@ impl Mutation for Caustic {
         let start = Self::start(x).ok_or(Rejection::WrongComponent)?;
         let k = x.length();
         let range = self.range(space, x, start);
-        let mut w = range.turn(x.edges[start].direction, rng);
+        let direction = x.edges[start].direction;
         y.begin(x, start + 1, k - 1 - start, 1);
-        for i in start + 1..k {
-            trace(scene, y, i - 1, i, w)?;
-            if i == start + 1 && !range.allows_turn(x.edges[start].direction, y.edges[start].direction) {
-                return Err(Rejection::OutOfRange);
-            }
-            if i + 1 < k {
-                let from_light = -y.edges[i - 1].direction;
-                w = follow(&mut y.vertices[i], from_light, x.vertices[i].component)?;
-            }
+        let in_range = if x.vertices[start].is_distant() {
+            let (frame, shift) = (Frame::from_normal(direction), range.displace(rng));
+            let through = x.vertices[1].position + frame.t * shift.x + frame.b * shift.y;
+            y.vertices[1] = scene.trace_parallel(direction, through).ok_or(Rejection::Escaped)?;
+            y.derive_edges(scene, 0, 1);
+            Self::pdf_of_move(&range, x, y, start) > 0.0
+        } else {
+            trace(scene, y, start, start + 1, range.turn(direction, rng))?;
+            range.allows_turn(direction, y.edges[start].direction)
+        };
+        if !in_range {
+            return Err(Rejection::OutOfRange);
+        }
+        for i in start + 1..k - 1 {
+            let w = follow(&mut y.vertices[i], -y.edges[i - 1].direction, x.vertices[i].component)?;
+            trace(scene, y, i, i + 1, w)?;
         }
         if !y.vertices[k - 1].interaction.has_rough() {
             return Err(Rejection::NotConnectable);
@@ -118,7 +140,7 @@ impl Mutation for Caustic {
         }
         let mut density = Density::ONE;
         let range = self.range(space, from, start);
-        density.multiply(range.pdf_solid_angle(from.edges[start].direction, to.edges[start].direction));
+        density.multiply(Self::pdf_of_move(&range, from, to, start));
         for i in start + 1..k {
             density.multiply(to.edges[i - 1].to_eye_side);
             if i + 1 < k {

@@ -15,13 +15,16 @@ pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -
     vertex.interaction.dirac_direction(w_from, component).ok_or(Rejection::WrongComponent)
 }
 
-/// Makes vertex `to` of `y` what vertex `from`, its neighbour, sees in direction `w`, and derives the edge between them.
+/// Makes vertex `to` of `y` what vertex `from`, its neighbour, sees in direction `w`, and derives the edge between them. Only
+/// vertex 0, the light end, may be the environment.
 #[inline]
 pub(crate) fn trace(scene: &Scene, y: &mut Path, from: usize, to: usize, w: DVec3) -> Result<(), Rejection> {
     let first = from.min(to);
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
+    let is_light_end = to == 0;
     let (from, to) = if from < to { (low, high) } else { (high, low) };
-    if !scene.trace_to(from, w, to) {
+    let found = if is_light_end { scene.look_to(from, w, to) } else { scene.trace_to(from, w, to) };
+    if !found {
         return Err(Rejection::Escaped);
     }
     y.derive_edges(scene, first, first + 1);

@@ -36,7 +36,7 @@ impl Lens {
     fn start(x: &Path) -> Option<usize> {
         let first_rough = (1..x.length()).rev().find(|&i| x.vertices[i].component == Component::Rough);
         match first_rough {
-            None => x.vertices[0].is_surface().then_some(0),
+            None => x.vertices[0].can_be_met().then_some(0),
             Some(i) => x.vertices[i - 1].is_connectable().then_some(i),
         }
     }

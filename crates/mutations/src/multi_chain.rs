@@ -58,7 +58,7 @@ impl MultiChain {
             }
             rough_between_chains += 1;
         }
-        (rough_between_chains > 0 && x.vertices[0].is_surface()).then_some(0)
+        (rough_between_chains > 0 && x.vertices[0].can_be_met()).then_some(0)
     }
 }
 

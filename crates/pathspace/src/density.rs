@@ -5,7 +5,8 @@
 
 use crate::{Edge, Kind, Path, Scene, Vertex};
 
-/// Area density of vertex `i` sampled from the light side, given vertices i-1 and i-2. The emitter density for i = 0.
+/// Area density of vertex `i` sampled from the light side, given vertices i-1 and i-2. The emitter density for i = 0, which for
+/// the environment is one of its direction per solid angle.
 ///
 /// 0 for the camera, which nothing can hit.
 #[inline]
@@ -27,8 +28,8 @@ pub fn pdf_area_from_light(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i
     directional * edge.to_eye_side
 }
 
-/// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2. 1 (a Dirac) for the pinhole itself;
-/// 0 for lights that cannot be hit.
+/// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2; per solid angle for the environment. 1 (a
+/// Dirac) for the pinhole itself; 0 for lights that cannot be hit.
 #[inline]
 pub fn pdf_area_from_eye(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i: usize) -> f64 {
     let k = vertices.len() - 1;
@@ -54,7 +55,7 @@ pub fn strategy_exists(vertices: &[Vertex], s: usize) -> bool {
         return false;
     }
     if s == 0 {
-        return vertices[0].is_surface();
+        return vertices[0].can_be_met();
     }
     let inner_connectable = |i: usize| i == 0 || i == k || vertices[i].is_connectable();
     inner_connectable(s - 1) && inner_connectable(s)

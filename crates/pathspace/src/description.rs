@@ -1,7 +1,7 @@
 //! A scene as a file states it: what `ergodic-assets` makes and [`Scene::new`](crate::Scene::new) builds from.
 
 use ergodic_geometry::Mesh;
-use ergodic_scattering::{Material, PunctualLight, Texture};
+use ergodic_scattering::{Environment, Material, PunctualLight, Texture};
 use glam::{DAffine3, DVec3};
 
 /// A mesh placed in the world with a material.
@@ -39,6 +39,8 @@ pub struct SceneDescription {
     pub textures: Vec<Texture>,
     /// Lights of KHR_lights_punctual, in world space.
     pub lights: Vec<PunctualLight>,
+    /// Light from infinitely far away, from every direction of world space. No glTF file states it.
+    pub environment: Option<Environment>,
     /// The cameras the file has, in world space.
     pub cameras: Vec<CameraDescription>,
 }

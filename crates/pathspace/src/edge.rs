@@ -11,16 +11,16 @@ use crate::{Kind, Scene, Vertex};
 pub struct Edge {
     /// Unit direction in which light flows: from the light side to the eye side.
     pub direction: DVec3,
-    /// Length; infinite when the light side is a distant light.
+    /// Length; infinite when the light side is a distant light or the environment.
     pub length: f64,
     /// Geometry term without visibility, G = |cos| |cos| / d² (Veach 8.3). A cosine is 1 at points in free space; with a
-    /// distant light G = |cos| at the eye side.
+    /// distant light or the environment G = |cos| at the eye side.
     pub geometry: f64,
     /// Turns a solid-angle density at the light side into an area density at the eye side: |cos| / d². From a distant
-    /// light it turns a density on its disk into one on the surface: |cos|.
+    /// light or the environment it turns a density on their disk into one on the surface: |cos|.
     pub to_eye_side: f64,
     /// Turns a solid-angle density at the eye side into an area density at the light side: |cos| / d²; 0 when the light
-    /// side cannot be hit.
+    /// side cannot be hit, and 1 to the environment, whose measure is solid angle.
     pub to_light_side: f64,
     /// Beer's transmittance along the segment.
     pub transmittance: Rgb,
@@ -34,7 +34,7 @@ impl Edge {
     /// The edge from `light_side` to `eye_side`.
     #[inline]
     pub fn new(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
-        if matches!(light_side.kind, Kind::DistantLight(_)) {
+        if light_side.is_distant() {
             let direction = light_side.interaction.ng;
             let cos_eye = cosine(eye_side, direction);
             return Self {
@@ -42,7 +42,8 @@ impl Edge {
                 length: f64::INFINITY,
                 geometry: cos_eye,
                 to_eye_side: cos_eye,
-                to_light_side: 0.0,
+                to_light_side: if light_side.kind == Kind::Environment { 1.0 } else { 0.0 },
+                // It comes from outside all solids.
                 transmittance: Rgb::ONE,
             };
         }

@@ -1,7 +1,7 @@
 //! Which light, and where on it: the emitters of a scene and the density of choosing among them.
 
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{PunctualLight, luminance};
+use ergodic_scattering::{AliasTable, PunctualLight, luminance};
 
 /// One thing that emits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,14 +15,15 @@ pub(crate) enum Emitter {
     },
     /// A punctual light, by index.
     Punctual(u32),
+    /// The environment.
+    Environment,
 }
 
-/// Emitters chosen with probability proportional to their power.
+/// Emitters chosen with probability proportional to their power, in time that does not depend on their number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lights {
     emitters: Vec<Emitter>,
-    /// Upper ends of the emitters' shares of [0, 1].
-    cumulative: Vec<f64>,
+    choice: AliasTable,
     /// Probability of each emitter.
     probability: Vec<f64>,
     /// Emitters below this index are triangles; their areas.
@@ -32,8 +33,13 @@ pub(crate) struct Lights {
 }
 
 impl Lights {
-    /// From triangles `(emitter, area, power)` and punctual lights.
-    pub(crate) fn new(triangles: Vec<(Emitter, f64, f64)>, punctual: Vec<PunctualLight>, radius: f64) -> Self {
+    /// From triangles `(emitter, area, power)`, punctual lights, and the environment's power if there is one.
+    pub(crate) fn new(
+        triangles: Vec<(Emitter, f64, f64)>,
+        punctual: Vec<PunctualLight>,
+        environment: Option<f64>,
+        radius: f64,
+    ) -> Self {
         let mut lights = Self { punctual, ..Self::default() };
         let mut powers = Vec::new();
         for (emitter, area, power) in triangles {
@@ -45,27 +51,25 @@ impl Lights {
             lights.emitters.push(Emitter::Punctual(index as u32));
             powers.push(luminance(light.power(radius)));
         }
-        let total: f64 = powers.iter().sum();
-        let mut sum = 0.0;
-        for power in powers {
-            sum += power;
-            lights.cumulative.push(sum / total);
-            lights.probability.push(power / total);
+        if let Some(power) = environment {
+            lights.emitters.push(Emitter::Environment);
+            powers.push(power);
         }
+        lights.choice = AliasTable::new(&powers);
+        lights.probability = powers.iter().map(|power| power / lights.choice.total()).collect();
         lights
     }
 
     /// Whether nothing emits.
     pub(crate) fn is_empty(&self) -> bool {
-        self.cumulative.last().is_none_or(|total| !total.is_finite())
+        self.choice.is_empty()
     }
 
-    /// A light with the probability of [`Self::triangle_pdf_area`] (times area) or [`Self::punctual_probability`].
+    /// A light with the probability of [`Self::triangle_pdf_area`] (times area), [`Self::punctual_probability`] or
+    /// [`Self::environment_probability`].
     #[inline]
     pub(crate) fn choose(&self, rng: &mut impl RandomSource) -> Emitter {
-        let u = rng.uniform();
-        let index = self.cumulative.partition_point(|&end| end <= u).min(self.emitters.len() - 1);
-        self.emitters[index]
+        self.emitters[self.choice.choose(rng.uniform()).0]
     }
 
     /// Area density of a point on emissive triangle `emitter` when a light is chosen and a point on it, uniformly.
@@ -78,5 +82,11 @@ impl Lights {
     #[inline]
     pub(crate) fn punctual_probability(&self, index: u32) -> f64 {
         self.probability[self.areas.len() + index as usize]
+    }
+
+    /// The probability of the environment; 0 if there is none.
+    #[inline]
+    pub(crate) fn environment_probability(&self) -> f64 {
+        self.probability.get(self.areas.len() + self.punctual.len()).copied().unwrap_or(0.0)
     }
 }

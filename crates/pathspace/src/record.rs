@@ -62,8 +62,8 @@ mod recorder {
     /// What [`crate::Scene::mutually_visible`] asks.
     pub(super) fn between(a: &Vertex, b: &Vertex) -> Question {
         match (a.kind, b.kind) {
-            (Kind::DistantLight(_), _) => Question::Escapes(b.anchor(), -a.interaction.ng),
-            (_, Kind::DistantLight(_)) => Question::Escapes(a.anchor(), -b.interaction.ng),
+            (Kind::DistantLight(_) | Kind::Environment, _) => Question::Escapes(b.anchor(), -a.interaction.ng),
+            (_, Kind::DistantLight(_) | Kind::Environment) => Question::Escapes(a.anchor(), -b.interaction.ng),
             _ => Question::Visible(a.anchor(), b.anchor()),
         }
     }

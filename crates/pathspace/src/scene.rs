@@ -11,7 +11,7 @@ use ergodic_geometry::phase::{self, Phase};
 use ergodic_geometry::{Hit, Instance, Isa, Mesh, Ray, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
-    Bsdf, Camera, Component, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
+    Bsdf, Camera, Component, Environment, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
 };
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 
@@ -19,7 +19,7 @@ use crate::gap::{draw_in, drawn_in};
 use crate::lights::{Emitter, Lights};
 use crate::media::{AIR, Media};
 use crate::record;
-use crate::vertex::NO_EMITTER;
+use crate::vertex::{ENVIRONMENT, NO_EMITTER};
 use crate::{CameraDescription, Kind, Placement, SceneDescription, SceneError, Vertex};
 
 thread_local! {
@@ -62,6 +62,8 @@ pub struct Scene {
     /// Index of an instance's first emissive triangle, or [`NO_EMITTER`].
     first_emitter: Vec<u32>,
     lights: Lights,
+    /// Boxed, so that scenes without one keep what they read close together.
+    environment: Option<Box<Environment>>,
     camera: Camera,
     radius: f64,
     scale: f64,
@@ -78,7 +80,7 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// No triangle, no light, a light that emits nothing, or geometry that is not finite.
+    /// No triangle, no light that emits anything, or geometry that is not finite.
     pub fn new(description: SceneDescription, view: &View) -> Result<Self, SceneError> {
         let (low, high) = description.bounds().ok_or(SceneError::NoTriangles)?;
         let half_extent = ((high - low) * 0.5).max_element();
@@ -90,7 +92,7 @@ impl Scene {
         let centre = (low + high) * 0.5;
         let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
 
-        let SceneDescription { mut meshes, placements, mut materials, textures, lights, .. } = description;
+        let SceneDescription { mut meshes, placements, mut materials, textures, lights, environment, .. } = description;
         let instances = placements
             .iter()
             .map(|p| Instance { mesh: p.mesh as u32, transform: to_scene * p.transform })
@@ -126,7 +128,11 @@ impl Scene {
             }
         }
         let punctual = lights.iter().map(|light| scaled_light(light, &to_scene, scale)).collect();
-        let lights = Lights::new(triangles, punctual, radius);
+        // A black one is none.
+        let environment = environment.filter(|environment| environment.total_luminance() > 0.0).map(Box::new);
+        let disk = std::f64::consts::PI * radius * radius;
+        let environment_power = environment.as_ref().map(|environment| environment.total_luminance() * disk);
+        let lights = Lights::new(triangles, punctual, environment_power, radius);
         if lights.is_empty() {
             return Err(SceneError::NoLight);
         }
@@ -161,6 +167,7 @@ impl Scene {
             material_of_instance,
             first_emitter,
             lights,
+            environment,
             camera,
             radius,
             scale,
@@ -254,6 +261,39 @@ impl Scene {
         true
     }
 
+    /// What the eye sees from `from` in direction `w`: the first point, or the environment where there is none.
+    #[inline]
+    pub fn look(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
+        let mut vertex = self.camera_vertex();
+        self.look_to(from, w, &mut vertex).then_some(vertex)
+    }
+
+    /// Makes `to` what the eye sees from `from` in direction `w`; false if that is nothing.
+    #[inline]
+    pub fn look_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex) -> bool {
+        if self.trace_to(from, w, to) {
+            return true;
+        }
+        let Some(environment) = &self.environment else { return false };
+        let radiance = environment.radiance(w);
+        *to = self.environment_vertex(-w, radiance);
+        radiance.max_element() > 0.0
+    }
+
+    /// The environment's light that travels along `direction`.
+    fn environment_vertex(&self, direction: DVec3, radiance: Rgb) -> Vertex {
+        Vertex {
+            kind: Kind::Environment,
+            component: Component::Rough,
+            emitter: ENVIRONMENT,
+            material: 0,
+            medium: AIR,
+            position: DVec3::ZERO,
+            interaction: Interaction { ng: direction, ..self.free_space },
+            emission: radiance,
+        }
+    }
+
     /// What lies at the outer side of `to`, which a ray from `from` in direction `w` met.
     fn medium_met(&self, from: &Vertex, w: DVec3, to: &Vertex, instance: u32) -> u32 {
         if bounds_towards(to, -w) {
@@ -272,8 +312,8 @@ impl Scene {
         count_ray();
         record::visibility(a, b);
         match (a.kind, b.kind) {
-            (Kind::DistantLight(_), _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
-            (_, Kind::DistantLight(_)) => self.world.escapes(&a.anchor(), -b.interaction.ng),
+            (Kind::DistantLight(_) | Kind::Environment, _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
+            (_, Kind::DistantLight(_) | Kind::Environment) => self.world.escapes(&a.anchor(), -b.interaction.ng),
             _ => self.world.visible(&a.anchor(), &b.anchor()),
         }
     }
@@ -335,11 +375,18 @@ impl Scene {
         }
     }
 
-    /// A point on a light, with density [`Self::emitter_pdf_area`].
+    /// A point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
     #[inline]
     pub fn sample_emitter(&self, rng: &mut impl RandomSource) -> Vertex {
         match self.lights.choose(rng) {
             Emitter::Punctual(index) => self.punctual_vertex(index),
+            Emitter::Environment => match &self.environment {
+                Some(environment) => {
+                    let w = environment.sample([rng.uniform(), rng.uniform(), rng.uniform()]);
+                    self.environment_vertex(-w, environment.radiance(w))
+                }
+                None => unreachable!("an environment was chosen where there is none"),
+            },
             Emitter::Triangle { instance, triangle } => {
                 let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
                 let mut vertex = self.vertex(&Hit { instance, triangle, u, v, t: 0.0 });
@@ -351,17 +398,19 @@ impl Scene {
         }
     }
 
-    /// Area density of a light vertex; the probability of the light for one without extent; 0 where nothing emits.
+    /// Area density of a light vertex; density per solid angle of the environment; the probability of the light for one without
+    /// extent; 0 where nothing emits.
     #[inline]
     pub fn emitter_pdf_area(&self, vertex: &Vertex) -> f64 {
         match vertex.kind {
             Kind::Surface if vertex.emits() => self.lights.triangle_pdf_area(vertex.emitter),
             Kind::Surface | Kind::Camera => 0.0,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual_probability(index),
+            Kind::Environment => self.environment_pdf(vertex.emission),
         }
     }
 
-    /// Emitted radiance (surface), radiant intensity (point light) or irradiance (distant light) in direction `w`.
+    /// Emitted radiance (surface, environment), radiant intensity (point light) or irradiance (distant light) in direction `w`.
     #[inline]
     pub fn emitted(&self, vertex: &Vertex, w: DVec3) -> Rgb {
         match vertex.kind {
@@ -370,14 +419,22 @@ impl Scene {
             }
             Kind::Surface | Kind::Camera => Rgb::ZERO,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
+            Kind::Environment => vertex.emission,
         }
+    }
+
+    /// Density per solid angle of a direction of the environment from which `radiance` comes, its choice among lights included.
+    fn environment_pdf(&self, radiance: Rgb) -> f64 {
+        let pdf = self.environment.as_ref().map_or(0.0, |environment| environment.pdf_solid_angle(radiance));
+        self.lights.environment_probability() * pdf
     }
 
     fn double_sided(&self, vertex: &Vertex) -> bool {
         self.materials[vertex.material as usize].double_sided
     }
 
-    /// Solid-angle density of the emitted direction `w`; for a distant light the area density on its disk.
+    /// Solid-angle density of the emitted direction `w`; for a distant light and the environment, whose direction is known
+    /// already, the area density on their disk, which is perpendicular to it and as large as the scene's bounding sphere.
     #[inline]
     pub fn emission_pdf(&self, vertex: &Vertex, w: DVec3) -> f64 {
         match vertex.kind {
@@ -386,7 +443,7 @@ impl Scene {
             }
             Kind::Surface | Kind::Camera => 0.0,
             Kind::PointLight(index) => self.lights.punctual[index as usize].pdf_direction(w),
-            Kind::DistantLight(_) => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
+            Kind::DistantLight(_) | Kind::Environment => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
         }
     }
 
@@ -397,20 +454,26 @@ impl Scene {
         let w = match light.kind {
             Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
             Kind::PointLight(index) => self.lights.punctual[index as usize].sample_direction(u),
-            Kind::DistantLight(_) => {
-                count_ray();
+            Kind::DistantLight(_) | Kind::Environment => {
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
-                let origin = frame.t * x + frame.b * y - direction * (2.0 * self.radius) + self.centre();
-                let ray = Ray { origin, direction };
-                record::closest(&ray);
-                return self.world.intersect(&ray).map(|hit| self.vertex(&hit));
+                return self.trace_parallel(direction, frame.t * x + frame.b * y + self.centre());
             }
             Kind::Camera => return None,
         };
         self.trace(light, w)
+    }
+
+    /// The first point that light from infinitely far away meets on the line along `direction` through `point`.
+    #[inline]
+    pub fn trace_parallel(&self, direction: DVec3, point: DVec3) -> Option<Vertex> {
+        count_ray();
+        // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
+        let along = direction.dot(point - self.centre());
+        let ray = Ray { origin: point - direction * (along + 2.0 * self.radius), direction };
+        record::closest(&ray);
+        self.world.intersect(&ray).map(|hit| self.vertex(&hit))
     }
 
     fn centre(&self) -> DVec3 {

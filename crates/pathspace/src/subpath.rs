@@ -162,7 +162,8 @@ impl Subpath {
         self.edges.push(edge);
         self.pdf_area.push(pdf_area);
         self.throughput.push(throughput);
-        Some(())
+        // From the environment nothing goes on.
+        next.is_surface().then_some(())
     }
 
     fn first_step(&self, scene: &Scene, rng: &mut impl RandomSource) -> Option<(Vertex, Edge, f64, Rgb)> {
@@ -176,7 +177,7 @@ impl Subpath {
             }
             End::Eye => {
                 let w = scene.camera().sample([rng.uniform(), rng.uniform()]);
-                let next = scene.trace(start, w)?;
+                let next = scene.look(start, w)?;
                 let edge = self.edge(scene, start, &next);
                 let seen = -edge.direction;
                 let pdf = scene.camera().pdf_solid_angle(seen);
@@ -193,7 +194,11 @@ impl Subpath {
         let (w_to, component) = here.interaction.sample(w_from, u)?;
         here.component = component;
         let here = self.vertices[i];
-        let Some(next) = scene.trace(&here, w_to) else {
+        let next = match self.end {
+            End::Light => scene.trace(&here, w_to),
+            End::Eye => scene.look(&here, w_to),
+        };
+        let Some(next) = next else {
             self.vertices[i].component = Component::Rough;
             return None;
         };

@@ -16,10 +16,16 @@ pub enum Kind {
     PointLight(u32),
     /// A directional light: infinitely far, so that it has a direction but no position.
     DistantLight(u32),
+    /// The environment: infinitely far in a direction that is part of the vertex. Its measure is solid angle, where that of
+    /// points of surfaces is area.
+    Environment,
 }
 
 /// Marks a vertex that lies on no emitter.
 pub(crate) const NO_EMITTER: u32 = u32::MAX;
+
+/// Marks a vertex on the environment.
+pub(crate) const ENVIRONMENT: u32 = u32::MAX - 1;
 
 /// A vertex of a path.
 #[derive(Clone, Copy, Debug)]
@@ -28,18 +34,18 @@ pub struct Vertex {
     pub kind: Kind,
     /// How light scatters here on this path. Endpoints carry [`Component::Rough`].
     pub component: Component,
-    /// Index into the scene's emissive triangles, or [`NO_EMITTER`].
+    /// Index into the scene's emissive triangles, or [`ENVIRONMENT`] or [`NO_EMITTER`].
     pub(crate) emitter: u32,
     /// Index of the material.
     pub(crate) material: u32,
     /// Index of the material of the absorbing solid that it is met in, outside its own if it bounds one; or
     /// [`crate::media::AIR`]. A property of the place: every way of finding it gives the same.
     pub(crate) medium: u32,
-    /// Position in the scene's own (recentred, rescaled) space; zero for a distant light.
+    /// Position in the scene's own (recentred, rescaled) space; zero for a distant light and the environment.
     pub position: DVec3,
-    /// The scattering here; for a distant light `ng` is the direction in which its light travels.
+    /// The scattering here; for a distant light and the environment `ng` is the direction in which its light travels.
     pub interaction: Interaction,
-    /// Radiance emitted here into the front, before the one-sided test.
+    /// Radiance emitted here into the front, before the one-sided test; of the environment that of its direction.
     pub emission: Rgb,
 }
 
@@ -50,7 +56,20 @@ impl Vertex {
         self.kind == Kind::Surface
     }
 
-    /// Whether the vertex emits from its surface.
+    /// Whether the vertex is infinitely far away: light travels along its `interaction.ng` and has no position.
+    #[inline]
+    pub fn is_distant(&self) -> bool {
+        matches!(self.kind, Kind::DistantLight(_) | Kind::Environment)
+    }
+
+    /// Whether the vertex may end a path as its light: a point of a surface, or a direction of the environment. Other lights have
+    /// no extent, so that no walk from the eye meets them.
+    #[inline]
+    pub fn can_be_met(&self) -> bool {
+        matches!(self.kind, Kind::Surface | Kind::Environment)
+    }
+
+    /// Whether the vertex emits from its surface, or is the environment.
     #[inline]
     pub fn emits(&self) -> bool {
         self.emitter != NO_EMITTER

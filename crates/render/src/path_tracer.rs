@@ -60,7 +60,7 @@ impl Estimator for PathTracer {
         let Some(raster) = camera.raster(w) else { return };
         let mut sum = Rgb::ZERO;
         let mut before = scene.camera_vertex();
-        let Some(mut vertex) = scene.trace(&before, w) else { return };
+        let Some(mut vertex) = scene.look(&before, w) else { return };
         let mut edge = Edge::new(scene, &vertex, &before);
         let mut throughput = edge.transmittance * (camera.responsivity(w) / camera.pdf_solid_angle(w));
         // Area density with which the walk sampled the vertex it is at; `None` if no light sample could have.
@@ -71,7 +71,7 @@ impl Estimator for PathTracer {
                 let weight = pdf_walk.map_or(1.0, |pdf| power_heuristic(pdf, scene.emitter_pdf_area(&vertex)));
                 sum += throughput * scene.emitted(&vertex, w_eye) * weight;
             }
-            if edges == self.lengths.max_edges {
+            if edges == self.lengths.max_edges || !vertex.is_surface() {
                 break;
             }
             let survival = self.roulette.survival(edges + 1);
@@ -85,7 +85,7 @@ impl Estimator for PathTracer {
             }
             let u = [rng.uniform(), rng.uniform(), rng.uniform()];
             let Some((w, component)) = vertex.interaction.sample(w_eye, u) else { break };
-            let Some(next) = scene.trace(&vertex, w) else { break };
+            let Some(next) = scene.look(&vertex, w) else { break };
             before = vertex;
             vertex = next;
             edge = Edge::new(scene, &vertex, &before);

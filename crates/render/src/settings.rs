@@ -12,6 +12,8 @@ use crate::primary::PrimaryMutation;
 pub struct Settings {
     /// The scene's file; empty if whoever renders chooses it. Rendering itself does not read it.
     pub scene: String,
+    /// Light from infinitely far away, beside the scene's own; `None` for none. Rendering itself does not read it.
+    pub environment: Option<EnvironmentSettings>,
     /// Which estimator.
     pub method: Method,
     /// Which camera: a name or an index; empty for the scene's first.
@@ -36,6 +38,53 @@ pub struct Settings {
     pub mlt: MltSettings,
     /// What pssmlt and mmlt have for a mixture.
     pub primary: PrimarySettings,
+}
+
+/// Light from infinitely far away.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub enum EnvironmentSettings {
+    /// The same radiance from every direction: red, green and blue.
+    Constant(f64, f64, f64),
+    /// A latitude-longitude map.
+    Map(EnvironmentMap),
+}
+
+/// A latitude-longitude map in a file.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EnvironmentMap {
+    /// A .hdr or .exr file.
+    pub file: String,
+    /// Degrees by which the map is turned about +y, counter-clockwise as seen from above. Without rotation its middle column shows +x.
+    pub rotation: f64,
+    /// Factor of its radiance.
+    pub strength: f64,
+}
+
+impl Default for EnvironmentMap {
+    fn default() -> Self {
+        Self { file: String::new(), rotation: 0.0, strength: 1.0 }
+    }
+}
+
+impl EnvironmentSettings {
+    fn validate(&self) -> Result<(), String> {
+        match self {
+            Self::Constant(r, g, b) if [r, g, b].iter().any(|c| !(0.0..f64::from(f32::MAX)).contains(*c)) => {
+                Err(format!("environment: Constant is ({r}, {g}, {b}); radiance is finite and not negative"))
+            }
+            Self::Map(map) if map.file.is_empty() => {
+                Err("environment: Map has no file; give a .hdr or .exr file".into())
+            }
+            Self::Map(map) if !(map.strength > 0.0 && map.strength.is_finite()) => {
+                Err(format!("environment.strength is {}; it must be a finite number greater than 0", map.strength))
+            }
+            Self::Map(map) if !map.rotation.is_finite() => {
+                Err(format!("environment.rotation is {}; it must be a finite number of degrees", map.rotation))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// An estimator of the picture.
@@ -176,6 +225,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             scene: String::new(),
+            environment: None,
             method: Method::Mlt,
             camera: String::new(),
             size: (384, 256),
@@ -291,6 +341,7 @@ impl Settings {
                 self.min_edges, self.max_edges
             ));
         }
+        self.environment.as_ref().map_or(Ok(()), EnvironmentSettings::validate)?;
         match self.budget {
             Budget::SamplesPerPixel(samples) => positive("budget: SamplesPerPixel", samples)?,
             Budget::Seconds(seconds) => positive("budget: Seconds", seconds)?,

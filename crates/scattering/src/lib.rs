@@ -3,11 +3,13 @@
 //! Every lobe is a file with three free-standing functions (value, density, sample); [`Bsdf`] dispatches to them. All
 //! directions point away from the surface and are unit vectors. Nothing here allocates or knows about paths.
 
+mod alias;
 mod bsdf;
 mod camera;
 mod color;
 mod dirac;
 pub mod emission;
+mod environment;
 mod filter;
 mod fresnel;
 mod ggx;
@@ -23,9 +25,11 @@ mod texture;
 mod thin_transmission;
 pub mod warp;
 
+pub use alias::AliasTable;
 pub use bsdf::Bsdf;
 pub use camera::Camera;
 pub use color::{Rgb, luminance};
+pub use environment::Environment;
 pub use filter::{Filter, FilterKernel};
 pub use ggx::SMOOTH_ALPHA;
 pub use interaction::{Component, Interaction};

@@ -7,6 +7,7 @@ mod profile;
 mod reference;
 mod scenes;
 mod shapes;
+mod sky;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,7 +16,7 @@ const USAGE: &str = "\
 Usage: cargo xtask <command>
 
 Commands:
-  scenes [NAME...]      write scenes/NAME/scene.glb, for all scenes if none is named
+  scenes [NAME...]      write scenes/NAME/scene.glb and its sky, for all scenes if none is named
   profile SCENE         where the time of mutations goes on a scene; `profile --help` says how it is measured
   nightly               run all tests at their large sizes, then `ergodic verify --budget full`: some hours
   reference [NAME...]   render reference/NAME.exr with its provenance NAME.ron, for all scenes if none is named
@@ -29,6 +30,9 @@ fn root() -> PathBuf {
 fn scenes_folder() -> PathBuf {
     root().join("scenes")
 }
+
+/// The file of a scene's environment in its folder.
+const SKY: &str = "sky.hdr";
 
 /// The scenes that are named, all if none is.
 fn chosen(names: &[String]) -> Result<Vec<&'static scenes::Recipe>, String> {
@@ -48,6 +52,12 @@ fn write_scenes(names: &[String]) -> Result<(), String> {
             .and_then(|()| std::fs::write(&file, &bytes))
             .map_err(|e| format!("cannot write {}: {e}", file.display()))?;
         println!("{:8} {:8} bytes  {}", recipe.name, bytes.len(), recipe.about);
+        if let Some(sky) = recipe.sky {
+            let file = folder.join(SKY);
+            let bytes = sky().to_hdr();
+            std::fs::write(&file, &bytes).map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+            println!("{:8} {:8} bytes  its sky", "", bytes.len());
+        }
     }
     Ok(())
 }
@@ -85,6 +95,14 @@ mod tests {
             let file = scenes_folder().join(recipe.name).join("scene.glb");
             let stored = std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
             assert!(stored == (recipe.make)().to_glb(), "{}: run `cargo xtask scenes`", recipe.name);
+            let file = scenes_folder().join(recipe.name).join(SKY);
+            match recipe.sky {
+                Some(sky) => {
+                    let stored = std::fs::read(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+                    assert!(stored == sky().to_hdr(), "{}: run `cargo xtask scenes`", recipe.name);
+                }
+                None => assert!(!file.exists(), "{} has a sky that no code makes", recipe.name),
+            }
         }
     }
 

@@ -24,11 +24,12 @@ struct Plan {
     samples_per_pixel: f64,
 }
 
-const PLANS: [Plan; 5] = [
+const PLANS: [Plan; 6] = [
     Plan { scene: "cornell", method: Method::Bidirectional, samples_per_pixel: 192.0 },
     Plan { scene: "ajar", method: Method::Bidirectional, samples_per_pixel: 384.0 },
     Plan { scene: "ring", method: Method::Bidirectional, samples_per_pixel: 256.0 },
     Plan { scene: "glass", method: Method::Path, samples_per_pixel: 1536.0 },
+    Plan { scene: "dusk", method: Method::Path, samples_per_pixel: 384.0 },
     Plan { scene: "pool", method: Method::Path, samples_per_pixel: 2048.0 },
 ];
 
@@ -50,8 +51,9 @@ impl Observer for Lines {
 /// Writes the references of the named scenes, of all if none is named.
 pub fn write(names: &[String]) -> Result<(), String> {
     for recipe in crate::chosen(names)? {
+        let sky = recipe.sky.is_some();
         let plan = PLANS.iter().find(|plan| plan.scene == recipe.name);
-        write_one(plan.ok_or_else(|| format!("there is no plan for the reference of {}", recipe.name))?)?;
+        write_one(plan.ok_or_else(|| format!("there is no plan for the reference of {}", recipe.name))?, sky)?;
     }
     Ok(())
 }
@@ -66,12 +68,18 @@ fn settings(plan: &Plan) -> Settings {
     }
 }
 
-fn write_one(plan: &Plan) -> Result<(), String> {
+/// Makes the reference of a scene, with the sky in its folder if it has one.
+fn write_one(plan: &Plan, sky: bool) -> Result<(), String> {
     let name = plan.scene;
     eprintln!("{name}: {REPLICAS} replicas by {}", plan.method.name());
     let settings = settings(plan);
-    let asset =
-        ergodic_assets::load(&crate::scenes_folder().join(name).join("scene.glb")).map_err(|e| e.to_string())?;
+    let folder = crate::scenes_folder().join(name);
+    let mut asset = ergodic_assets::load(&folder.join("scene.glb")).map_err(|e| e.to_string())?;
+    if sky {
+        let (environment, _) =
+            ergodic_assets::load_environment(&folder.join(crate::SKY), 1.0, 0.0).map_err(|e| e.to_string())?;
+        asset.description.environment = Some(environment);
+    }
     let (camera, _) = asset.camera("", f64::from(SIZE.0) / f64::from(SIZE.1)).map_err(|e| e.to_string())?;
     let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
     let start = Instant::now();

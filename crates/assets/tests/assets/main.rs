@@ -1,5 +1,6 @@
 //! What files hold, and what is wrong with them.
 
+mod environments;
 mod errors;
 mod files;
 mod geometry;

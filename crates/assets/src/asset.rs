@@ -16,6 +16,8 @@ pub struct Asset {
     pub description: SceneDescription,
     /// What the file has that the picture will lack, one sentence each.
     pub warnings: Vec<String>,
+    /// How the file is shown where that is a choice, and hints, one sentence each.
+    pub notes: Vec<String>,
     /// Facts about the file itself.
     pub summary: Summary,
 }

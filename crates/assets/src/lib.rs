@@ -16,13 +16,17 @@ mod accessor;
 mod asset;
 mod container;
 mod document;
+mod draco;
 mod error;
 mod extensions;
 mod hierarchy;
 mod library;
 mod limits;
 mod material;
+mod meshopt;
+mod morph;
 mod primitive;
+mod skin;
 mod tangents;
 mod texture;
 mod uri;
@@ -93,5 +97,6 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
         lights: world.lights,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
-    Ok(Asset { file: name.into(), description, warnings: warnings.into_sentences(), summary })
+    let (warnings, notes) = warnings.into_sentences();
+    Ok(Asset { file: name.into(), description, warnings, notes, summary })
 }

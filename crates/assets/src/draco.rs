@@ -52,7 +52,9 @@ impl<'a> Decoded<'a> {
 
     /// The triangles' vertices.
     pub(crate) fn order(&self) -> Vec<u32> {
-        (0..self.mesh.num_faces() as u32).flat_map(|face| self.mesh.face(FaceIndex(face)).map(|point| point.0)).collect()
+        (0..self.mesh.num_faces() as u32)
+            .flat_map(|face| self.mesh.face(FaceIndex(face)).map(|point| point.0))
+            .collect()
     }
 
     /// The values of an attribute, as its accessor interprets them; `None` if it is not among the compressed ones.
@@ -68,7 +70,8 @@ impl<'a> Decoded<'a> {
         let place = format!("{}.attributes.{name}", self.place);
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok());
         let attribute = id.and_then(|id| self.mesh.attribute_by_unique_id(id));
-        let attribute = attribute.ok_or_else(|| Flaw::malformed(&place, "names no attribute of the compressed data"))?;
+        let attribute =
+            attribute.ok_or_else(|| Flaw::malformed(&place, "names no attribute of the compressed data"))?;
         let (layout, _) = accessor::layout(document, index, allowed, &place)?;
         let n = layout.components();
         if usize::from(attribute.num_components()) != n {

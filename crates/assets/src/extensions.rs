@@ -44,10 +44,18 @@ pub(crate) fn unsupported(place: &str, name: &str) -> Flaw {
     Flaw::new(Trouble::Unsupported, place, format!("needs {name}, which is not supported"), mend(name))
 }
 
-/// An extension that a file requires and that is not understood is an error.
+/// An extension that a file requires and that is not understood is an error, which names a texture that needs it if one does.
 pub(crate) fn check_required(root: &Root) -> Result<(), Flaw> {
     let unknown = root.extensions_required.iter().find(|name| !UNDERSTOOD.contains(&name.as_str()));
-    unknown.map_or(Ok(()), |name| Err(unsupported("extensionsRequired", name)))
+    let Some(name) = unknown else { return Ok(()) };
+    let needs = |texture: &gltf::json::Texture| {
+        texture.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(name))
+    };
+    let place = match root.textures.iter().position(needs) {
+        Some(texture) => format!("textures[{texture}]"),
+        None => "extensionsRequired".into(),
+    };
+    Err(unsupported(&place, name))
 }
 
 /// Names the extensions that a file uses and that are ignored.

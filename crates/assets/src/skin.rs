@@ -97,7 +97,8 @@ impl Skin {
                 // Joints were read from integers; a fraction cannot be an index.
                 let matrix = self.joints.get(joint as usize).filter(|_| joint >= 0.0 && joint.fract() == 0.0);
                 let matrix = matrix.ok_or_else(|| {
-                    let problem = format!("names joint {joint} at vertex {vertex}, but the skin has {}", self.joints.len());
+                    let problem =
+                        format!("names joint {joint} at vertex {vertex}, but the skin has {}", self.joints.len());
                     Flaw::malformed(format!("{place}.attributes.JOINTS_{set}"), problem)
                 })?;
                 sum.matrix3 += matrix.matrix3 * weight;

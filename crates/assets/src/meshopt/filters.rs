@@ -70,7 +70,10 @@ pub(super) fn color(bytes: &mut [u8], stride: usize) {
         let alpha = alpha & (most >> 1);
         let alpha = alpha << 1 | alpha & 1;
         let scale = mask as f32 / most as f32;
-        store(element, [y + co - cg, y + cg, y - co - cg, alpha].map(|v| ((v as f32 * scale).round() as i32).clamp(0, mask)));
+        store(
+            element,
+            [y + co - cg, y + cg, y - co - cg, alpha].map(|v| ((v as f32 * scale).round() as i32).clamp(0, mask)),
+        );
     }
 }
 

@@ -70,7 +70,8 @@ impl Compressed {
             _ => false,
         };
         if !allowed {
-            let problem = format!("has no data of {count} elements of {stride} bytes in mode {mode:?} with filter {filter:?}");
+            let problem =
+                format!("has no data of {count} elements of {stride} bytes in mode {mode:?} with filter {filter:?}");
             return Err(Flaw::malformed(place, problem));
         }
         let length = count.checked_mul(stride);

@@ -1,8 +1,11 @@
 //! What files hold, and what is wrong with them.
 
+mod compression;
 mod errors;
 mod files;
 mod geometry;
 mod hierarchy;
+mod lights;
 mod materials;
+mod pose;
 mod support;

@@ -68,8 +68,7 @@ pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), F
 pub fn write_srgb8(path: &Path, width: u32, height: u32, bytes: &[u8]) -> Result<(), FileError> {
     let mut png = Vec::new();
     let encoder = ::image::codecs::png::PngEncoder::new(&mut png);
-    let encoded =
-        ::image::ImageEncoder::write_image(encoder, bytes, width, height, ::image::ExtendedColorType::Rgb8);
+    let encoded = ::image::ImageEncoder::write_image(encoder, bytes, width, height, ::image::ExtendedColorType::Rgb8);
     encoded.map_err(|e| FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene"))?;
     write_whole(path, &png)
 }

@@ -150,7 +150,8 @@ fn find(path: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
         entries.iter().map(|entry| (entry.path(), entry.file_type().is_ok_and(|kind| kind.is_dir()))).collect();
     entries.sort();
     for (entry, is_folder) in entries {
-        let is_scene = entry.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
+        let is_scene =
+            entry.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb") || e.eq_ignore_ascii_case("gltf"));
         if is_folder {
             find(&entry, files)?;
         } else if is_scene && entry.is_file() {

@@ -9,3 +9,4 @@ mod lights;
 mod materials;
 mod pose;
 mod support;
+mod textures;

@@ -118,12 +118,43 @@ fn parse_json(json: &[u8]) -> Result<Parsed, Flaw> {
         _ => Vec::new(),
     };
     let animated = members.remove("animations").is_some();
+    // An empty scene need not list its nodes.
+    for scene in members.get_mut("scenes").and_then(|s| s.as_array_mut()).into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| serde_json::Value::Array(Vec::new()));
+        }
+    }
+    plain(&mut tree);
     let root = serde_path_to_error::deserialize(tree).map_err(|e| {
         let place = e.path().to_string();
         let place = if place == "." { "JSON".into() } else { place };
         Flaw::malformed(place, e.into_inner().to_string())
     })?;
     Ok(Parsed { root, animated, skins })
+}
+
+/// Takes out what applications add for themselves (`extras`, of any type) and writes integers as such: 1.0 is one too.
+fn plain(tree: &mut serde_json::Value) {
+    use serde_json::Value;
+    /// Integers up to here are exact as floating-point numbers.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match tree {
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(plain);
+        }
+        Value::Array(list) => list.iter_mut().for_each(plain),
+        Value::Number(number) => {
+            if let Some(value) = number.as_f64()
+                && number.is_f64()
+                && value.fract() == 0.0
+                && value.abs() <= EXACT
+            {
+                *number = (value as i64).into();
+            }
+        }
+        _ => {}
+    }
 }
 
 fn check_version(root: &Root) -> Result<(), Flaw> {

@@ -10,12 +10,12 @@ use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Node};
 
-use crate::accessor;
 use crate::document::{Document, get};
-use crate::error::Flaw;
+use crate::error::{Flaw, Trouble};
 use crate::library::Library;
 use crate::skin::Skin;
 use crate::warnings::Warnings;
+use crate::{accessor, limits};
 
 /// A camera with the number and names by which it can be asked for.
 pub(crate) struct PlacedCamera {
@@ -165,10 +165,16 @@ fn place_mesh(
     let mut skin = None;
     if let Some(index) = node.skin {
         skin = Skin::read(document, index.value(), worlds, place, warnings)?;
-        warnings.mention("Skins", place, "are shown in the pose in which the file's nodes stand");
+        if skin.is_some() {
+            warnings.mention("Skins", place, "are shown in the pose in which the file's nodes stand");
+        }
     }
     let copies = copies(document, node, place)?;
     for part in library.parts(node, mesh, skin.as_ref(), place, warnings)? {
+        if world.placements.len() + copies.len() > limits::PLACEMENTS {
+            let problem = format!("is where there are more than {} placed meshes", limits::PLACEMENTS);
+            return Err(Flaw::new(Trouble::TooLarge, place, problem, "Split the scene"));
+        }
         let (mesh, material) = (part.mesh, part.material);
         if part.bent {
             world.placements.push(Placement { mesh, material, transform: DAffine3::IDENTITY });

@@ -7,12 +7,12 @@ use ergodic_scattering::Material;
 use gltf::json::{self, Index};
 
 use crate::document::{Document, get};
-use crate::error::Flaw;
+use crate::error::{Flaw, Trouble};
 use crate::primitive::Geometry;
 use crate::skin::Skin;
 use crate::texture::Textures;
 use crate::warnings::Warnings;
-use crate::{material, morph, primitive, tangents};
+use crate::{limits, material, morph, primitive, tangents};
 
 /// A primitive that is drawn.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,7 @@ pub(crate) struct Part {
 pub(crate) struct Library<'a> {
     document: &'a Document,
     pub meshes: Vec<Mesh>,
+    vertices: usize,
     pub materials: Vec<Material>,
     pub textures: Textures,
     /// By mesh and the bits of the morph weights.
@@ -41,7 +42,7 @@ impl<'a> Library<'a> {
     pub(crate) fn new(document: &'a Document) -> Self {
         let textures = Textures::default();
         let (parts, known) = (HashMap::new(), HashMap::new());
-        Self { document, meshes: Vec::new(), materials: Vec::new(), textures, parts, known }
+        Self { document, meshes: Vec::new(), vertices: 0, materials: Vec::new(), textures, parts, known }
     }
 
     /// The parts of a mesh that a node shows, at the node's morph weights and in the pose of its skin.
@@ -93,6 +94,11 @@ impl<'a> Library<'a> {
                 && mesh.tangents.is_none()
             {
                 tangents::generate(&mut mesh, normal_map.texcoord);
+            }
+            self.vertices += mesh.positions.len();
+            if self.vertices > limits::VERTICES {
+                let problem = format!("is where all meshes together exceed {} vertices", limits::VERTICES);
+                return Err(Flaw::new(Trouble::TooLarge, place, problem, "Split the scene"));
             }
             self.meshes.push(mesh);
             parts.push(Part { bent: bent.is_some(), mesh: self.meshes.len() - 1, material });

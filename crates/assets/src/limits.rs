@@ -29,3 +29,9 @@ pub(crate) const DECOMPRESSED_BYTES: u64 = 2 << 30;
 
 /// Most bytes of all decompressed buffer views together.
 pub(crate) const ALL_DECOMPRESSED_BYTES: u64 = 8 << 30;
+
+/// Most vertices of all meshes together: one mesh in the file becomes many where nodes pose it differently.
+pub(crate) const VERTICES: usize = 1 << 27;
+
+/// Most meshes that are placed in the scene.
+pub(crate) const PLACEMENTS: usize = 1 << 24;

@@ -161,6 +161,7 @@ fn broken_skins_are_named_and_homeless_joints_leave_the_mesh_at_its_node() {
     let asset = load(&file);
     assert_eq!(asset.description.placements[0].transform.translation, DVec3::new(100.0, 0.0, 0.0));
     assert!(asset.warnings[0].starts_with("A joint of a skin"), "{:?}", asset.warnings);
+    assert!(asset.notes.is_empty(), "{:?}", asset.notes);
 }
 
 #[test]

@@ -405,7 +405,7 @@ mod tests {
     fn the_units_of_blender_agree() {
         // Lights of 40 W, 200 W and 0.5 W/m2 as the exporter of Blender 4.5 writes them in its three modes.
         let modes = [
-            (LightUnits::Photometric, [2174.056_522_635_290_5, 10_870.282_613_176_45, 341.5]),
+            (LightUnits::Photometric, [2_174.056_522_635_290_5, 10_870.282_613_176_45, 341.5]),
             (LightUnits::Radiometric, [3.183_098_861_837_907, 15.915_494_309_189_533, 0.5]),
             (LightUnits::Watts, [40.0, 200.0, 0.5]),
         ];

@@ -92,12 +92,12 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
     let mut last: Vec<[u8; 4]> = baseline.as_chunks::<4>().0.to_vec();
     let mut decoded = Vec::new();
     let most = ((8192 / stride) & !(GROUP - 1)).min(BLOCK);
-    let mut columns = vec![[0; BLOCK]; stride];
+    let mut columns = vec![0; stride * BLOCK];
     let mut left = count;
     while left > 0 {
         let elements = left.min(most);
         let control = cursor.take(channels_stored)?;
-        for (position, column) in columns.iter_mut().enumerate() {
+        for (position, column) in columns.chunks_exact_mut(BLOCK).enumerate() {
             let kind = match control.get(position / 4) {
                 Some(&bits) => Column::controlled(bits >> (2 * (position % 4))),
                 None => Column::Widths([0, 2, 4, 8]),
@@ -110,7 +110,7 @@ pub(super) fn decode(bytes: &[u8], count: usize, stride: usize) -> Result<Vec<u8
         }
         for element in 0..elements {
             for (c, (last, channel)) in last.iter_mut().zip(&channels).enumerate() {
-                *last = channel.next(*last, std::array::from_fn(|i| columns[4 * c + i][element]));
+                *last = channel.next(*last, std::array::from_fn(|i| columns[(4 * c + i) * BLOCK + element]));
                 decoded.extend_from_slice(last);
             }
         }

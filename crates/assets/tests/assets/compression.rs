@@ -140,7 +140,7 @@ fn attributes(data: &[u8], stride: usize, version: u8) -> Vec<u8> {
     let mut stream = vec![0xa0 + version];
     let mut last = vec![0; stride];
     let elements: Vec<&[u8]> = data.chunks(stride).collect();
-    for block in elements.chunks((8192 / stride & !15).min(256)) {
+    for block in elements.chunks(((8192 / stride) & !15).min(256)) {
         if version == 1 {
             stream.extend(std::iter::repeat_n(0xff, stride / 4));
         }

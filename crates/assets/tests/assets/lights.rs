@@ -23,7 +23,7 @@ fn lit(generator: &str, [point, spot, sun]: [f64; 3]) -> Asset {
 
 const BLENDER: &str = "Khronos glTF Blender I/O v4.5.51";
 /// Lights of 40 W, 200 W and 0.5 W/m2 as Blender 4.5 exports them in its standard mode and without units.
-const STANDARD: [f64; 3] = [2174.056_522_635_290_5, 10_870.282_613_176_45, 341.5];
+const STANDARD: [f64; 3] = [2_174.056_522_635_290_5, 10_870.282_613_176_45, 341.5];
 const UNITLESS: [f64; 3] = [3.183_098_861_837_907, 15.915_494_309_189_533, 0.5];
 
 #[test]

@@ -11,6 +11,8 @@ use serde_json::{Value, json};
 
 use crate::support::{Buffer, load, next, try_load};
 
+type Damage = fn(&mut Value);
+
 /// Squares along a side of the grid that is compressed.
 const SIDE: u32 = 8;
 
@@ -61,7 +63,7 @@ fn draco(speed: i32) -> Vec<u8> {
     let mut encoder = MeshEncoder::new();
     encoder.set_mesh(mesh);
     let mut bytes = EncoderBuffer::new();
-    encoder.encode(&options, &mut bytes).unwrap();
+    encoder.encode(&options, &mut bytes).expect("a grid can be encoded");
     bytes.data().to_vec()
 }
 
@@ -117,7 +119,7 @@ fn draco_gives_back_the_mesh_by_every_method() {
 
 #[test]
 fn what_draco_data_cannot_be_is_named() {
-    let broken: [(fn(&mut Value), &str); 3] = [
+    let broken: [(Damage, &str); 3] = [
         (|e| e["bufferView"] = 7.into(), ".bufferView"),
         (|e| e["attributes"]["POSITION"] = 9.into(), ".attributes.POSITION"),
         (|e| e["attributes"]["POSITION"] = 1.into(), ".attributes.POSITION"),
@@ -210,7 +212,7 @@ fn with_meshopt(name: &str, version: u8) -> Value {
         ],
     }));
     let fallback = json!({"byteLength": 1 << 20, "extensions": {name: {"fallback": true}}});
-    file["buffers"].as_array_mut().unwrap().push(fallback);
+    file["buffers"].as_array_mut().expect("a list").push(fallback);
     for (place, stride, count, mode, filter, length) in views {
         let view = &mut file["bufferViews"][place];
         let offset = view["byteOffset"].take();
@@ -243,7 +245,7 @@ fn meshopt_gives_back_the_mesh_by_both_names_and_versions() {
 
 #[test]
 fn what_meshopt_data_cannot_be_is_named() {
-    let broken: [(fn(&mut Value), &str); 9] = [
+    let broken: [(Damage, &str); 9] = [
         (|e| e["mode"] = "TRIANGLE".into(), ""),
         (|e| e["filter"] = "QUATERNION".into(), ""),
         (|e| e["byteStride"] = 6.into(), ""),
@@ -279,9 +281,9 @@ fn a_stream_cannot_announce_more_than_it_holds() {
 fn damage(file: &Value, rounds: usize, state: &mut u64) -> usize {
     use base64::Engine;
     let base64 = base64::engine::general_purpose::STANDARD;
-    let uri = file["buffers"][0]["uri"].as_str().unwrap();
-    let (header, body) = uri.split_once(',').unwrap();
-    let whole = base64.decode(body).unwrap();
+    let uri = file["buffers"][0]["uri"].as_str().expect("the buffer has a URI");
+    let (header, body) = uri.split_once(',').expect("the URI has data");
+    let whole = base64.decode(body).expect("the data are base64");
     let mut file = file.clone();
     let mut loaded = 0;
     for round in 0..rounds {

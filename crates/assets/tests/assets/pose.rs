@@ -5,6 +5,8 @@ use serde_json::{Value, json};
 
 use crate::support::{Buffer, TRIANGLE, load, triangle, try_load};
 
+type Damage = fn(&mut Value);
+
 const HALF: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 fn close(a: DVec3, b: DVec3) {
@@ -144,7 +146,7 @@ fn mirroring_joints_turn_triangles_round_and_normals_with_them() {
 
 #[test]
 fn broken_skins_are_named_and_homeless_joints_leave_the_mesh_at_its_node() {
-    let broken: [(fn(&mut Value), &str); 4] = [
+    let broken: [(Damage, &str); 4] = [
         (|f| f["nodes"][0]["skin"] = 1.into(), "nodes[0].skin"),
         (|f| f["skins"][0]["joints"] = json!([1, 9]), "skins[0].joints[1]"),
         (|f| f["skins"][0]["joints"] = json!([1]), "meshes[0].primitives[0].attributes.JOINTS_0"),

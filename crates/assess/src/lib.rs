@@ -20,4 +20,4 @@ pub use image::Image;
 pub use read::read_image;
 pub use reference::{BLOCK, Reference};
 pub use replicas::{BlockTest, ReplicaTest, Verdict, test_replicas};
-pub use tone::{Exposure, write_png};
+pub use tone::{Exposure, to_srgb8, write_png, write_srgb8};

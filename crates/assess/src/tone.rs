@@ -44,24 +44,31 @@ impl Exposure {
     }
 }
 
+/// The bytes of an image in 8-bit sRGB, red, green and blue of each pixel.
+pub fn to_srgb8(image: &Image, exposure: Exposure) -> Vec<u8> {
+    let factor = exposure.factor(image);
+    let byte = |v: f64| (srgb_encode(shoulder(v * factor)) * 255.0).round() as u8;
+    image.pixels.iter().flat_map(|p| p.map(byte)).collect()
+}
+
 /// Writes an 8-bit sRGB PNG.
 ///
 /// # Errors
 ///
 /// A file that cannot be written.
 pub fn write_png(path: &Path, image: &Image, exposure: Exposure) -> Result<(), FileError> {
-    let factor = exposure.factor(image);
-    let byte = |v: f64| (srgb_encode(shoulder(v * factor)) * 255.0).round() as u8;
-    let bytes: Vec<u8> = image.pixels.iter().flat_map(|p| p.map(byte)).collect();
+    write_srgb8(path, image.width, image.height, &to_srgb8(image, exposure))
+}
+
+/// Writes a PNG of bytes like those of [`to_srgb8`].
+///
+/// # Errors
+///
+/// A file that cannot be written.
+pub fn write_srgb8(path: &Path, width: u32, height: u32, bytes: &[u8]) -> Result<(), FileError> {
     let mut png = Vec::new();
     let encoder = ::image::codecs::png::PngEncoder::new(&mut png);
-    let encoded = ::image::ImageEncoder::write_image(
-        encoder,
-        &bytes,
-        image.width,
-        image.height,
-        ::image::ExtendedColorType::Rgb8,
-    );
+    let encoded = ::image::ImageEncoder::write_image(encoder, bytes, width, height, ::image::ExtendedColorType::Rgb8);
     encoded.map_err(|e| FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene"))?;
     write_whole(path, &png)
 }

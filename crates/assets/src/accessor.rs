@@ -1,5 +1,6 @@
 //! Reads accessors: typed arrays in buffers, dense or sparse (glTF 2.0, section 3.6.2).
 
+use glam::{DAffine3, DMat3, DVec3};
 use gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, buffer};
@@ -9,7 +10,7 @@ use crate::error::{Flaw, Trouble};
 use crate::limits;
 
 /// An accessor whose shape has been checked.
-struct Layout {
+pub(crate) struct Layout {
     component: ComponentType,
     components: usize,
     normalized: bool,
@@ -23,16 +24,39 @@ impl Layout {
 
     /// The value of one component, dequantized if normalized (section 3.6.2.2).
     fn value(&self, bytes: &[u8]) -> f64 {
-        let (value, scale) = match (self.component, bytes) {
-            (ComponentType::I8, &[a]) => (f64::from(a as i8), 127.0),
-            (ComponentType::U8, &[a]) => (f64::from(a), 255.0),
-            (ComponentType::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), 32_767.0),
-            (ComponentType::U16, &[a, b]) => (f64::from(u16::from_le_bytes([a, b])), 65_535.0),
-            (ComponentType::U32, &[a, b, c, d]) => (f64::from(u32::from_le_bytes([a, b, c, d])), 4_294_967_295.0),
-            (ComponentType::F32, &[a, b, c, d]) => return f64::from(f32::from_le_bytes([a, b, c, d])),
-            _ => return f64::NAN,
+        let value = match (self.component, bytes) {
+            (ComponentType::I8, &[a]) => f64::from(a as i8),
+            (ComponentType::U8, &[a]) => f64::from(a),
+            (ComponentType::I16, &[a, b]) => f64::from(i16::from_le_bytes([a, b])),
+            (ComponentType::U16, &[a, b]) => f64::from(u16::from_le_bytes([a, b])),
+            (ComponentType::U32, &[a, b, c, d]) => f64::from(u32::from_le_bytes([a, b, c, d])),
+            (ComponentType::F32, &[a, b, c, d]) => f64::from(f32::from_le_bytes([a, b, c, d])),
+            _ => f64::NAN,
+        };
+        self.dequantized(value)
+    }
+
+    /// What a stored number of the accessor's component type stands for.
+    pub(crate) fn dequantized(&self, value: f64) -> f64 {
+        let scale = match self.component {
+            ComponentType::I8 => 127.0,
+            ComponentType::U8 => 255.0,
+            ComponentType::I16 => 32_767.0,
+            ComponentType::U16 => 65_535.0,
+            ComponentType::U32 => 4_294_967_295.0,
+            ComponentType::F32 => return value,
         };
         if self.normalized { (value / scale).max(-1.0) } else { value }
+    }
+
+    /// How many elements there are.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// How many numbers an element has.
+    pub(crate) fn components(&self) -> usize {
+        self.components
     }
 }
 
@@ -42,7 +66,8 @@ fn components_of(kind: Type) -> Option<usize> {
         Type::Vec2 => Some(2),
         Type::Vec3 => Some(3),
         Type::Vec4 => Some(4),
-        Type::Mat2 | Type::Mat3 | Type::Mat4 => None,
+        Type::Mat4 => Some(16),
+        Type::Mat2 | Type::Mat3 => None,
     }
 }
 
@@ -59,20 +84,63 @@ pub(crate) fn vectors(
     fill: f64,
     place: &str,
 ) -> Result<Rows, Flaw> {
+    elements(document, index, allowed, fill, place).map(|rows| Rows { rows })
+}
+
+/// Reads an accessor of affine 4x4 matrices of floating-point numbers, column by column.
+pub(crate) fn matrices(document: &Document, index: Index<Accessor>, place: &str) -> Result<Vec<DAffine3>, Flaw> {
+    let (layout, own_place) = layout(document, index, &[16], place)?;
+    if !matches!(layout.component, ComponentType::F32) {
+        return Err(Flaw::malformed(format!("{own_place}.componentType"), "is used for matrices, which are floats"));
+    }
+    let column = |m: &[f64; 16], i: usize| DVec3::new(m[4 * i], m[4 * i + 1], m[4 * i + 2]);
+    let rows = elements::<16>(document, index, &[16], 0.0, place)?;
+    let affine = |m: &[f64; 16]| DAffine3 {
+        matrix3: DMat3::from_cols(column(m, 0), column(m, 1), column(m, 2)),
+        translation: column(m, 3),
+    };
+    Ok(rows.iter().map(affine).collect())
+}
+
+/// The shape of an accessor, checked, and the accessor's place in the file.
+pub(crate) fn layout(
+    document: &Document,
+    index: Index<Accessor>,
+    allowed: &[usize],
+    place: &str,
+) -> Result<(Layout, String), Flaw> {
     let accessor = get(&document.root.accessors, index, "accessors", place)?;
     let place = format!("accessors[{}]", index.value());
-    let layout = layout(accessor, allowed, &place)?;
-    let mut rows = vec![[fill; 4]; layout.count];
+    layout_of(accessor, allowed, &place).map(|layout| (layout, place))
+}
+
+/// An accessor's elements of up to `N` numbers.
+fn elements<const N: usize>(
+    document: &Document,
+    index: Index<Accessor>,
+    allowed: &[usize],
+    fill: f64,
+    place: &str,
+) -> Result<Vec<[f64; N]>, Flaw> {
+    let accessor = get(&document.root.accessors, index, "accessors", place)?;
+    let (layout, place) = layout(document, index, allowed, place)?;
+    if accessor.buffer_view.is_none() && accessor.count.0 > limits::VIEWLESS_ELEMENTS {
+        let problem = format!("has {} elements without a bufferView to hold them", accessor.count.0);
+        return Err(Flaw::new(Trouble::TooLarge, place, problem, "Store the elements in a bufferView"));
+    }
     let n = layout.components;
     let size = layout.component.size();
+    let mut rows;
     if let Some(view) = accessor.buffer_view {
         let (bytes, stride) = span(document, view, accessor.byte_offset.map_or(0, |o| o.0), &layout, &place)?;
+        rows = vec![[fill; N]; layout.count];
         for (row, element) in rows.iter_mut().zip(bytes.chunks(stride)) {
             for (value, component) in row.iter_mut().zip(element.chunks_exact(size)).take(n) {
                 *value = layout.value(component);
             }
         }
     } else {
+        rows = vec![[fill; N]; layout.count];
         rows.iter_mut().for_each(|row| row[..n].fill(0.0));
     }
     if let Some(sparse) = &accessor.sparse {
@@ -102,12 +170,18 @@ pub(crate) fn vectors(
             }
         }
     }
+    usable(&rows, n, &place)?;
+    Ok(rows)
+}
+
+/// Whether the first `n` numbers of every row can be computed with.
+pub(crate) fn usable<const N: usize>(rows: &[[f64; N]], n: usize, place: &str) -> Result<(), Flaw> {
     for (i, row) in rows.iter().enumerate() {
         if let Some(bad) = row[..n].iter().find(|v| v.is_nan() || v.abs() > limits::COORDINATE) {
             return Err(Flaw::malformed(place, format!("element {i} holds {bad}, which is no usable number")));
         }
     }
-    Ok(Rows { rows })
+    Ok(())
 }
 
 /// Reads an accessor of vertex indices.
@@ -123,7 +197,7 @@ pub(crate) fn indices(document: &Document, index: Index<Accessor>, place: &str) 
     Ok(rows.into_iter().map(|[i, ..]| i as u32).collect())
 }
 
-fn layout(accessor: &Accessor, allowed: &[usize], place: &str) -> Result<Layout, Flaw> {
+fn layout_of(accessor: &Accessor, allowed: &[usize], place: &str) -> Result<Layout, Flaw> {
     let Checked::Valid(GenericComponentType(component)) = accessor.component_type else {
         return Err(Flaw::malformed(format!("{place}.componentType"), "is not one of glTF's component types"));
     };
@@ -134,10 +208,6 @@ fn layout(accessor: &Accessor, allowed: &[usize], place: &str) -> Result<Layout,
         let allowed = allowed.iter().map(ToString::to_string).collect::<Vec<_>>().join(" or ");
         Flaw::malformed(format!("{place}.type"), format!("is {kind:?} where {allowed} components are needed"))
     })?;
-    if accessor.buffer_view.is_none() && accessor.count.0 > limits::VIEWLESS_ELEMENTS {
-        let problem = format!("has {} elements without a bufferView to hold them", accessor.count.0);
-        return Err(Flaw::new(Trouble::TooLarge, place, problem, "Store the elements in a bufferView"));
-    }
     let count = element_count(accessor.count.0, place)?;
     Ok(Layout { component, components, normalized: accessor.normalized, count })
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use ergodic_pathspace::{CameraDescription, SceneDescription};
+use ergodic_scattering::PunctualLight;
 use glam::{DAffine3, DMat3, DVec3};
 use thiserror::Error;
 
@@ -16,6 +17,8 @@ pub struct Asset {
     pub description: SceneDescription,
     /// What the file has that the picture will lack, one sentence each.
     pub warnings: Vec<String>,
+    /// How the file is shown where that is a choice, and hints, one sentence each.
+    pub notes: Vec<String>,
     /// Facts about the file itself.
     pub summary: Summary,
 }
@@ -80,7 +83,40 @@ pub enum CameraError {
 /// Vertical field of view of the camera that is made for a file that has none.
 const FRAMING_FOV: f64 = 40.0 * PI / 180.0;
 
+/// From here on an intensity in W/sr is more likely one in candela: a lamp of 10 W shines with 0.8 W/sr, or 540 cd.
+const BRIGHT_INTENSITY: f64 = 500.0;
+/// From here on an irradiance in W/m2 is more likely an illuminance in lux.
+const BRIGHT_IRRADIANCE: f64 = 100.0;
+
 impl Asset {
+    /// Multiplies the intensity of point and spot lights by one factor and the irradiance of directional lights by another:
+    /// to radiometric units from those that the file states them in.
+    pub fn scale_lights(&mut self, intensity: f64, irradiance: f64) {
+        for light in &mut self.description.lights {
+            match light {
+                PunctualLight::Point { intensity: value, .. } | PunctualLight::Spot { intensity: value, .. } => {
+                    *value *= intensity;
+                }
+                PunctualLight::Directional { irradiance: value, .. } => *value *= irradiance,
+            }
+        }
+    }
+
+    /// A sentence if the file was written by Blender and its lights are so bright that they seem to be in photometric units,
+    /// which is what its exporter writes unless told otherwise. For a scene whose lights are as the file states them.
+    pub fn light_units_hint(&self) -> Option<String> {
+        let by_blender = self.summary.generator.as_ref().is_some_and(|generator| generator.contains("Blender"));
+        let bright = |light: &PunctualLight| match light {
+            PunctualLight::Point { intensity, .. } | PunctualLight::Spot { intensity, .. } => {
+                intensity.max_element() > BRIGHT_INTENSITY
+            }
+            PunctualLight::Directional { irradiance, .. } => irradiance.max_element() > BRIGHT_IRRADIANCE,
+        };
+        let hint = "The lights seem to be in candela and lux, as Blender writes them in its standard mode, 683 times too \
+                    bright beside emitting surfaces: set light_units to photometric if they are";
+        (by_blender && self.description.lights.iter().any(bright)).then(|| hint.into())
+    }
+
     /// The camera with a name (the node's or its own) or a number in the file. An empty `wanted` is the first camera, or
     /// one that frames the whole scene if there is none; then the second value is true. `aspect` is width by height.
     ///

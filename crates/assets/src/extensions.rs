@@ -6,7 +6,10 @@ use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 12] = [
+const UNDERSTOOD: [&str; 16] = [
+    DRACO,
+    MESHOPT[0],
+    MESHOPT[1],
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -14,6 +17,7 @@ const UNDERSTOOD: [&str; 12] = [
     "KHR_materials_transmission",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_transform",
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
@@ -22,15 +26,12 @@ const UNDERSTOOD: [&str; 12] = [
     "KHR_xmp_json_ld",
 ];
 
-const DRACO: &str = "KHR_draco_mesh_compression";
+pub(crate) const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
 /// How to get rid of an extension.
 fn mend(name: &str) -> String {
     match name {
-        DRACO | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "Export the scene without compression of its geometry".into()
-        }
         "KHR_texture_basisu" | "MSFT_texture_dds" | "EXT_texture_avif" => {
             "Export the scene with PNG, JPEG or WebP textures".into()
         }
@@ -43,10 +44,18 @@ pub(crate) fn unsupported(place: &str, name: &str) -> Flaw {
     Flaw::new(Trouble::Unsupported, place, format!("needs {name}, which is not supported"), mend(name))
 }
 
-/// An extension that a file requires and that is not understood is an error.
+/// An extension that a file requires and that is not understood is an error, which names a texture that needs it if one does.
 pub(crate) fn check_required(root: &Root) -> Result<(), Flaw> {
     let unknown = root.extensions_required.iter().find(|name| !UNDERSTOOD.contains(&name.as_str()));
-    unknown.map_or(Ok(()), |name| Err(unsupported("extensionsRequired", name)))
+    let Some(name) = unknown else { return Ok(()) };
+    let needs = |texture: &gltf::json::Texture| {
+        texture.extensions.as_ref().is_some_and(|extensions| extensions.others.contains_key(name))
+    };
+    let place = match root.textures.iter().position(needs) {
+        Some(texture) => format!("textures[{texture}]"),
+        None => "extensionsRequired".into(),
+    };
+    Err(unsupported(&place, name))
 }
 
 /// Names the extensions that a file uses and that are ignored.
@@ -67,13 +76,13 @@ pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
     }
 }
 
-/// The compression a buffer view's bytes are stored with, if any.
-pub(crate) fn compression_of_view(view: &buffer::View) -> Option<&'static str> {
+/// The extension that says how a buffer view is compressed, if it is, with its name.
+pub(crate) fn meshopt(view: &buffer::View) -> Option<(&'static str, &serde_json::Value)> {
     let others = &view.extensions.as_ref()?.others;
-    MESHOPT.into_iter().find(|name| others.contains_key(*name))
+    MESHOPT.into_iter().find_map(|name| Some((name, others.get(name)?)))
 }
 
-/// The compression a primitive's geometry is stored with, if any.
-pub(crate) fn compression_of_primitive(primitive: &gltf::json::mesh::Primitive) -> Option<&'static str> {
-    primitive.extensions.as_ref()?.others.contains_key(DRACO).then_some(DRACO)
+/// The extension that says where a primitive's compressed geometry is, if it is compressed.
+pub(crate) fn draco(primitive: &gltf::json::mesh::Primitive) -> Option<&serde_json::Value> {
+    primitive.extensions.as_ref()?.others.get(DRACO)
 }

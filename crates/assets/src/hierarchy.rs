@@ -10,11 +10,12 @@ use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
 use gltf::json::{self, Index, Node};
 
-use crate::accessor;
 use crate::document::{Document, get};
-use crate::error::Flaw;
+use crate::error::{Flaw, Trouble};
 use crate::library::Library;
+use crate::skin::Skin;
 use crate::warnings::Warnings;
+use crate::{accessor, limits};
 
 /// A camera with the number and names by which it can be asked for.
 pub(crate) struct PlacedCamera {
@@ -31,16 +32,47 @@ pub(crate) struct World {
     pub cameras: Vec<PlacedCamera>,
 }
 
+/// A node of the scene that is shown.
+struct Standing {
+    index: usize,
+    transform: DAffine3,
+    /// Whether it and all above it are visible (KHR_node_visibility); cameras see in any case.
+    visible: bool,
+}
+
 /// Places everything that the file's default scene shows.
 pub(crate) fn place(document: &Document, library: &mut Library<'_>, warnings: &mut Warnings) -> Result<World, Flaw> {
     let nodes = &document.root.nodes;
-    let mut world = World::default();
-    let mut reached = vec![false; nodes.len()];
-    let mut open: Vec<(usize, String, DAffine3)> = Vec::new();
-    for (index, place) in roots(document)?.into_iter().rev() {
-        open.push((index, place, DAffine3::IDENTITY));
+    let standing = walk(document)?;
+    let mut worlds = vec![None; nodes.len()];
+    for node in &standing {
+        worlds[node.index] = Some(node.transform);
     }
-    while let Some((index, place, parent)) = open.pop() {
+    let mut world = World::default();
+    for &Standing { index, transform, visible } in &standing {
+        let (node, place) = (&nodes[index], format!("nodes[{index}]"));
+        if visible {
+            place_mesh(document, node, &place, &worlds, transform, library, &mut world, warnings)?;
+            place_light(document, node, &place, transform, &mut world, warnings)?;
+        } else if node.mesh.is_some() {
+            warnings.mention("Invisible nodes", &place, "are not shown");
+        }
+        place_camera(document, node, &place, transform, &mut world, warnings)?;
+    }
+    world.cameras.sort_by_key(|camera| camera.number);
+    Ok(world)
+}
+
+/// The nodes of the default scene, parents first, with their transforms to the world.
+fn walk(document: &Document) -> Result<Vec<Standing>, Flaw> {
+    let nodes = &document.root.nodes;
+    let mut standing = Vec::new();
+    let mut reached = vec![false; nodes.len()];
+    let mut open: Vec<(usize, String, DAffine3, bool)> = Vec::new();
+    for (index, place) in roots(document)?.into_iter().rev() {
+        open.push((index, place, DAffine3::IDENTITY, true));
+    }
+    while let Some((index, place, parent, visible)) = open.pop() {
         let count = nodes.len();
         let node = nodes.get(index).ok_or_else(|| Flaw::dangling(place, "nodes", index, count))?;
         let place = format!("nodes[{index}]");
@@ -54,15 +86,19 @@ pub(crate) fn place(document: &Document, library: &mut Library<'_>, warnings: &m
         if !transform.is_finite() {
             return Err(Flaw::malformed(place, "has a transform that is not finite in the world"));
         }
-        place_mesh(document, node, &place, transform, library, &mut world, warnings)?;
-        place_camera(document, node, &place, transform, &mut world, warnings)?;
-        place_light(document, node, &place, transform, &mut world, warnings)?;
+        let visible = visible && is_visible(node);
+        standing.push(Standing { index, transform, visible });
         for (i, child) in node.children.as_deref().unwrap_or_default().iter().enumerate().rev() {
-            open.push((child.value(), format!("{place}.children[{i}]"), transform));
+            open.push((child.value(), format!("{place}.children[{i}]"), transform, visible));
         }
     }
-    world.cameras.sort_by_key(|camera| camera.number);
-    Ok(world)
+    Ok(standing)
+}
+
+/// What KHR_node_visibility says of a node itself.
+fn is_visible(node: &Node) -> bool {
+    let extension = node.extensions.as_ref().and_then(|e| e.others.get("KHR_node_visibility"));
+    extension.and_then(|e| e.get("visible")?.as_bool()).unwrap_or(true)
 }
 
 /// The nodes to start from: those of the default scene, else of the first, else all that have no parent.
@@ -119,19 +155,32 @@ fn place_mesh(
     document: &Document,
     node: &Node,
     place: &str,
+    worlds: &[Option<DAffine3>],
     transform: DAffine3,
     library: &mut Library<'_>,
     world: &mut World,
     warnings: &mut Warnings,
 ) -> Result<(), Flaw> {
     let Some(mesh) = node.mesh else { return Ok(()) };
-    if node.skin.is_some() {
-        warnings.note("Skins", place, "are not supported: the mesh is shown as modelled, at its node");
+    let mut skin = None;
+    if let Some(index) = node.skin {
+        skin = Skin::read(document, index.value(), worlds, place, warnings)?;
+        if skin.is_some() {
+            warnings.mention("Skins", place, "are shown in the pose in which the file's nodes stand");
+        }
     }
     let copies = copies(document, node, place)?;
-    for part in library.parts(mesh, place, warnings)? {
-        let put =
-            |local: &DAffine3| Placement { mesh: part.mesh, material: part.material, transform: transform * *local };
+    for part in library.parts(node, mesh, skin.as_ref(), place, warnings)? {
+        if world.placements.len() + copies.len() > limits::PLACEMENTS {
+            let problem = format!("is where there are more than {} placed meshes", limits::PLACEMENTS);
+            return Err(Flaw::new(Trouble::TooLarge, place, problem, "Split the scene"));
+        }
+        let (mesh, material) = (part.mesh, part.material);
+        if part.bent {
+            world.placements.push(Placement { mesh, material, transform: DAffine3::IDENTITY });
+            continue;
+        }
+        let put = |local: &DAffine3| Placement { mesh, material, transform: transform * *local };
         world.placements.extend(copies.iter().map(put));
     }
     Ok(())
@@ -144,17 +193,29 @@ fn copies(document: &Document, node: &Node, place: &str) -> Result<Vec<DAffine3>
         return Ok(vec![DAffine3::IDENTITY]);
     };
     let place = format!("{place}.extensions.{NAME}");
+    let attributes = instancing.get("attributes").and_then(|a| a.as_object());
+    let accessor = |name: &str| {
+        let Some(index) = attributes.and_then(|a| a.get(name)) else { return Ok(None) };
+        let index = index.as_u64().and_then(|i| u32::try_from(i).ok()).map(Index::<Accessor>::new);
+        let wrong = || Flaw::malformed(format!("{place}.attributes.{name}"), "is not the index of an accessor");
+        index.ok_or_else(wrong).map(Some)
+    };
     let read = |name: &str, components: usize| {
-        let Some(index) = instancing.get("attributes").and_then(|a| a.get(name)) else { return Ok(None) };
+        let Some(index) = accessor(name)? else { return Ok(None) };
         let place = format!("{place}.attributes.{name}");
-        let index = index.as_u64().and_then(|i| u32::try_from(i).ok());
-        let index: Index<Accessor> =
-            Index::new(index.ok_or_else(|| Flaw::malformed(&place, "is not the index of an accessor"))?);
         accessor::vectors(document, index, &[components], 0.0, &place).map(|rows| Some(rows.rows))
     };
     let (translations, rotations, scales) = (read("TRANSLATION", 3)?, read("ROTATION", 4)?, read("SCALE", 3)?);
     let mut counts = [&translations, &rotations, &scales].into_iter().flatten().map(Vec::len);
-    let count = counts.next().unwrap_or(0);
+    let count = match (counts.next(), attributes.and_then(|a| a.keys().next())) {
+        (Some(count), _) => count,
+        // Attributes of the file's own: as many copies as they have entries, all at the node.
+        (None, Some(name)) => match accessor(name)? {
+            Some(index) => accessor::vectors(document, index, &[1, 2, 3, 4], 0.0, &place)?.rows.len(),
+            None => 0,
+        },
+        (None, None) => 0,
+    };
     if counts.any(|other| other != count) {
         return Err(Flaw::malformed(place, "has attributes of different lengths"));
     }

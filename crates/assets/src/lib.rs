@@ -16,6 +16,7 @@ mod accessor;
 mod asset;
 mod container;
 mod document;
+mod draco;
 mod environment;
 mod error;
 mod extensions;
@@ -23,7 +24,10 @@ mod hierarchy;
 mod library;
 mod limits;
 mod material;
+mod meshopt;
+mod morph;
 mod primitive;
+mod skin;
 mod tangents;
 mod texture;
 mod uri;
@@ -96,5 +100,6 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
         environment: None,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
-    Ok(Asset { file: name.into(), description, warnings: warnings.into_sentences(), summary })
+    let (warnings, notes) = warnings.into_sentences();
+    Ok(Asset { file: name.into(), description, warnings, notes, summary })
 }

@@ -2,23 +2,97 @@
 
 use ergodic_geometry::Mesh;
 use glam::{DVec2, DVec3, DVec4};
-use gltf::json;
-use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::accessor::Accessor;
+use gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use gltf::json::{self, Index};
 
 use crate::accessor::{self, Rows};
 use crate::document::Document;
+use crate::draco::Decoded;
 use crate::error::Flaw;
-use crate::extensions;
+use crate::morph;
+use crate::skin::Influences;
 use crate::warnings::Warnings;
 
-/// Reads the geometry of a primitive; `None` if it draws no triangles.
+/// The geometry of a primitive.
+pub(crate) struct Geometry {
+    pub mesh: Mesh,
+    /// Which joints move the vertices; `None` if the primitive names none.
+    pub influences: Option<Influences>,
+}
+
+/// Reads the attributes of one primitive.
+struct Reader<'a> {
+    document: &'a Document,
+    primitive: &'a Primitive,
+    place: &'a str,
+    compressed: Option<Decoded<'a>>,
+    vertices: usize,
+}
+
+impl Reader<'_> {
+    fn accessor(&self, semantic: Semantic) -> Option<Index<Accessor>> {
+        self.primitive.attributes.get(&Checked::Valid(semantic)).copied()
+    }
+
+    /// The values of an attribute, from the compressed data if they are there.
+    fn attribute(&self, semantic: Semantic, allowed: &[usize], fill: f64) -> Result<Option<Rows>, Flaw> {
+        let name = semantic.to_string();
+        let Some(index) = self.accessor(semantic) else { return Ok(None) };
+        if let Some(compressed) = &self.compressed
+            && let Some(rows) = compressed.rows(self.document, &name, index, allowed, fill)?
+        {
+            return Ok(Some(rows));
+        }
+        let place = format!("{}.attributes.{name}", self.place);
+        let rows = accessor::vectors(self.document, index, allowed, fill, &place)?;
+        if rows.rows.len() != self.vertices {
+            let problem = format!("has {} entries for {} vertices", rows.rows.len(), self.vertices);
+            return Err(Flaw::malformed(place, problem));
+        }
+        Ok(Some(rows))
+    }
+
+    /// An attribute with its morph targets, at `weights`.
+    fn morphed(
+        &self,
+        semantic: Semantic,
+        allowed: &[usize],
+        choose: fn(&MorphTarget) -> Option<Index<Accessor>>,
+        weights: &[f64],
+    ) -> Result<Option<Rows>, Flaw> {
+        let name = semantic.to_string();
+        let Some(mut rows) = self.attribute(semantic, allowed, 0.0)? else { return Ok(None) };
+        let targets = self.primitive.targets.as_deref().unwrap_or_default();
+        morph::displace(self.document, targets, weights, choose, &name, &mut rows, self.place)?;
+        Ok(Some(rows))
+    }
+
+    fn influences(&self) -> Result<Option<Influences>, Flaw> {
+        let mut sets = Vec::new();
+        for set in 0.. {
+            let joints = self.attribute(Semantic::Joints(set), &[4], 0.0)?;
+            let weights = self.attribute(Semantic::Weights(set), &[4], 0.0)?;
+            match (joints, weights) {
+                (Some(joints), Some(weights)) => sets.push((joints, weights)),
+                _ => break,
+            }
+        }
+        Ok((!sets.is_empty()).then_some(Influences { sets }))
+    }
+}
+
+/// Reads the geometry of a primitive with its morph targets at `weights`; `None` if it draws no triangles. What moves its
+/// vertices is read only if it is `skinned`.
 pub(crate) fn read(
     document: &Document,
     primitive: &Primitive,
+    weights: &[f64],
+    skinned: bool,
     place: &str,
     warnings: &mut Warnings,
-) -> Result<Option<Mesh>, Flaw> {
+) -> Result<Option<Geometry>, Flaw> {
     let Checked::Valid(mode) = primitive.mode else {
         return Err(Flaw::malformed(format!("{place}.mode"), "is not one of glTF's primitive modes"));
     };
@@ -26,42 +100,38 @@ pub(crate) fn read(
         warnings.note("Points and lines", place, "have no surface and are not shown");
         return Ok(None);
     }
-    let attribute = |semantic: Semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-    let Some(positions) = attribute(Semantic::Positions) else {
+    let mut reader = Reader { document, primitive, place, compressed: None, vertices: 0 };
+    let Some(positions) = reader.accessor(Semantic::Positions) else {
         warnings.note("A primitive without POSITION", place, "is not shown");
         return Ok(None);
     };
-    if let Some(name) = extensions::compression_of_primitive(primitive) {
-        let stored = document.root.accessors.get(positions.value()).is_some_and(|a| a.buffer_view.is_some());
-        if !stored {
-            return Err(extensions::unsupported(place, name));
-        }
-    }
-    note_what_stands_still(primitive, place, warnings);
-
-    let at = |name: &str| format!("{place}.attributes.{name}");
-    let positions = accessor::vectors(document, positions, &[3], 0.0, &at("POSITION"))?;
-    let vertices = positions.rows.len();
-    let optional = |semantic: Semantic, name: &str, allowed: &[usize], fill: f64| -> Result<Option<Rows>, Flaw> {
-        let Some(index) = attribute(semantic) else { return Ok(None) };
-        let rows = accessor::vectors(document, index, allowed, fill, &at(name))?;
-        if rows.rows.len() == vertices {
-            Ok(Some(rows))
-        } else {
-            let problem = format!("has {} entries for {vertices} vertices", rows.rows.len());
-            Err(Flaw::malformed(at(name), problem))
-        }
+    reader.compressed = Decoded::read(document, primitive, place)?;
+    reader.vertices = match &reader.compressed {
+        Some(compressed) => compressed.vertices(),
+        None => accessor::layout(document, positions, &[3], &format!("{place}.attributes.POSITION"))?.0.count(),
     };
-    let normals = optional(Semantic::Normals, "NORMAL", &[3], 0.0)?;
-    // Tangents without normals are to be ignored (section 3.7.2.1).
-    let tangents = if normals.is_some() { optional(Semantic::Tangents, "TANGENT", &[4], 0.0)? } else { None };
-    let first = optional(Semantic::TexCoords(0), "TEXCOORD_0", &[2], 0.0)?;
-    let second = optional(Semantic::TexCoords(1), "TEXCOORD_1", &[2], 0.0)?;
-    let colors = optional(Semantic::Colors(0), "COLOR_0", &[3, 4], 1.0)?;
+    let vertices = reader.vertices;
+    note_further_sets(primitive, place, warnings);
 
-    let order = match primitive.indices {
-        Some(index) => accessor::indices(document, index, &format!("{place}.indices"))?,
-        None => (0..vertices as u32).collect(),
+    let Some(positions) = reader.morphed(Semantic::Positions, &[3], |t| t.positions, weights)? else {
+        return Ok(None);
+    };
+    let normals = reader.morphed(Semantic::Normals, &[3], |t| t.normals, weights)?;
+    // Tangents without normals are to be ignored (section 3.7.2.1).
+    let tangents = match normals {
+        Some(_) => reader.morphed(Semantic::Tangents, &[4], |t| t.tangents, weights)?,
+        None => None,
+    };
+    let first = reader.attribute(Semantic::TexCoords(0), &[2], 0.0)?;
+    let second = reader.attribute(Semantic::TexCoords(1), &[2], 0.0)?;
+    let colors = reader.attribute(Semantic::Colors(0), &[3, 4], 1.0)?;
+    let influences = if skinned { reader.influences()? } else { None };
+
+    let (mode, order) = match (&reader.compressed, primitive.indices) {
+        // What is decoded are triangles, whatever the primitive's mode.
+        (Some(compressed), _) => (Mode::Triangles, compressed.order()),
+        (None, Some(index)) => (mode, accessor::indices(document, index, &format!("{place}.indices"))?),
+        (None, None) => (mode, (0..vertices as u32).collect()),
     };
     if let Some(bad) = order.iter().find(|&&i| i as usize >= vertices) {
         let problem = format!("names vertex {bad}, but there are {vertices} vertices");
@@ -73,7 +143,7 @@ pub(crate) fn read(
     }
     let three = |rows: Rows| rows.rows.into_iter().map(|[x, y, z, _]| DVec3::new(x, y, z));
     let uv = |rows: Rows| rows.rows.into_iter().map(|[u, v, ..]| DVec2::new(u, v)).collect();
-    Ok(Some(Mesh {
+    let mesh = Mesh {
         positions: three(positions).collect(),
         triangles,
         normals: normals.map(|rows| three(rows).map(DVec3::normalize_or_zero).collect()),
@@ -81,17 +151,15 @@ pub(crate) fn read(
         texcoords: [first.map(uv), second.map(uv)],
         colors: colors
             .map(|rows| rows.rows.into_iter().map(|c| DVec4::from_array(c).clamp(DVec4::ZERO, DVec4::ONE)).collect()),
-    }))
+    };
+    Ok(Some(Geometry { mesh, influences }))
 }
 
 fn unit_tangent([x, y, z, sign]: [f64; 4]) -> DVec4 {
     DVec3::new(x, y, z).normalize_or_zero().extend(if sign < 0.0 { -1.0 } else { 1.0 })
 }
 
-fn note_what_stands_still(primitive: &Primitive, place: &str, warnings: &mut Warnings) {
-    if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-        warnings.note("Morph targets", place, "are not supported: the mesh is shown without them");
-    }
+fn note_further_sets(primitive: &Primitive, place: &str, warnings: &mut Warnings) {
     let further = |semantic: &Checked<Semantic>| {
         matches!(semantic, Checked::Valid(Semantic::TexCoords(2..) | Semantic::Colors(1..)))
     };
@@ -132,7 +200,7 @@ pub(crate) fn material(
     document: &Document,
     primitive: &Primitive,
     place: &str,
-) -> Result<Option<json::Index<json::Material>>, Flaw> {
+) -> Result<Option<Index<json::Material>>, Flaw> {
     let Some(index) = primitive.material else { return Ok(None) };
     let count = document.root.materials.len();
     if index.value() < count {

@@ -66,6 +66,11 @@ fn lines(asset: &Asset) -> Vec<String> {
         lines.push("Not supported, or not as it should be:".into());
         lines.extend(asset.warnings.iter().map(|warning| format!("  {warning}")));
     }
+    let notes: Vec<String> = asset.notes.iter().cloned().chain(asset.light_units_hint()).collect();
+    if !notes.is_empty() {
+        lines.push("To know:".into());
+        lines.extend(notes.iter().map(|note| format!("  {note}")));
+    }
     lines
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ergodic_assess::Exposure;
 use ergodic_assets::{Asset, from_bytes, load};
 use ergodic_pathspace::Scene;
-use ergodic_render::{Settings, render};
+use ergodic_render::{LightUnits, Settings, render};
 
 use crate::error::CliError;
 use crate::options::RenderOptions;
@@ -22,7 +22,7 @@ const BUILT_IN_NAME: &str = "ajar";
 /// Renders and writes the files; true if it was interrupted.
 pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     let settings = settings(options)?;
-    let (asset, name) = if settings.scene.is_empty() {
+    let (mut asset, name) = if settings.scene.is_empty() {
         (from_bytes(BUILT_IN, BUILT_IN_NAME)?, BUILT_IN_NAME.to_string())
     } else {
         (load(Path::new(&settings.scene))?, settings.scene.clone())
@@ -36,6 +36,12 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     for warning in asset.warnings.iter().chain(&more_warnings) {
         say(&format!("warning: {warning}"));
     }
+    let hint = asset.light_units_hint().filter(|_| settings.light_units == LightUnits::Radiometric);
+    for note in asset.notes.iter().chain(&hint) {
+        say(&format!("note: {note}"));
+    }
+    let (intensity, irradiance) = settings.light_units.to_radiometric();
+    asset.scale_lights(intensity, irradiance);
     let aspect = f64::from(settings.size.0) / f64::from(settings.size.1);
     let (camera, framed) = asset.camera(&settings.camera, aspect)?;
     if framed {

@@ -18,6 +18,8 @@ pub struct Settings {
     pub method: Method,
     /// Which camera: a name or an index; empty for the scene's first.
     pub camera: String,
+    /// What the numbers of point, spot and directional lights in the scene's file mean. Rendering itself does not read it.
+    pub light_units: LightUnits,
     /// Width and height of the picture in pixels.
     pub size: (u32, u32),
     /// Reconstruction filter.
@@ -127,6 +129,35 @@ impl Method {
     }
 }
 
+/// Units of the lights of KHR_lights_punctual. The specification asks for photometric ones, and leaves open how they go with
+/// emitting surfaces; most programs that render take the numbers for radiometric ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LightUnits {
+    /// Radiant intensity in W/sr and irradiance in W/m²: the units of everything else here.
+    Radiometric,
+    /// Candela and lux, at 683 lm/W: what Blender's exporter writes in its standard mode.
+    Photometric,
+    /// The power of point and spot lights in watts, over the whole sphere for spot lights too, and irradiance in W/m²: what
+    /// Blender's exporter writes in its raw mode.
+    Watts,
+}
+
+/// Luminous efficacy of light at 555 nm, in lm/W, which programs use for light of any colour.
+const LUMENS_PER_WATT: f64 = 683.0;
+
+impl LightUnits {
+    /// What to multiply the intensity of point and spot lights with to get W/sr, and the irradiance of directional lights to
+    /// get W/m².
+    pub fn to_radiometric(self) -> (f64, f64) {
+        match self {
+            Self::Radiometric => (1.0, 1.0),
+            Self::Photometric => (1.0 / LUMENS_PER_WATT, 1.0 / LUMENS_PER_WATT),
+            Self::Watts => (1.0 / (4.0 * std::f64::consts::PI), 1.0),
+        }
+    }
+}
+
 /// A reconstruction filter.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub enum FilterSettings {
@@ -228,6 +259,7 @@ impl Default for Settings {
             environment: None,
             method: Method::Mlt,
             camera: String::new(),
+            light_units: LightUnits::Radiometric,
             size: (384, 256),
             filter: FilterSettings::Box,
             seed: 0,
@@ -413,5 +445,27 @@ impl MltSettings {
             );
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_units_of_blender_agree() {
+        // Lights of 40 W, 200 W and 0.5 W/m2 as the exporter of Blender 4.5 writes them in its three modes.
+        let modes = [
+            (LightUnits::Photometric, [2_174.056_522_635_290_5, 10_870.282_613_176_45, 341.5]),
+            (LightUnits::Radiometric, [3.183_098_861_837_907, 15.915_494_309_189_533, 0.5]),
+            (LightUnits::Watts, [40.0, 200.0, 0.5]),
+        ];
+        let pi = std::f64::consts::PI;
+        for (units, [point, spot, sun]) in modes {
+            let (intensity, irradiance) = units.to_radiometric();
+            assert!((point * intensity - 10.0 / pi).abs() < 1e-12, "{units:?}");
+            assert!((spot * intensity - 50.0 / pi).abs() < 1e-12, "{units:?}");
+            assert!((sun * irradiance - 0.5).abs() < 1e-15, "{units:?}");
+        }
     }
 }

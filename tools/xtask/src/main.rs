@@ -1,12 +1,14 @@
 //! Chores of the project: the scenes, written from code so that every number in them has a source; the stored references;
-//! the long tests; profiles.
+//! the long tests; profiles; pictures of many files.
 
+mod contact_sheet;
 mod glb;
 mod nightly;
 mod profile;
 mod reference;
 mod scenes;
 mod shapes;
+mod sheet;
 mod sky;
 
 use std::path::{Path, PathBuf};
@@ -18,6 +20,7 @@ Usage: cargo xtask <command>
 Commands:
   scenes [NAME...]      write scenes/NAME/scene.glb and its sky, for all scenes if none is named
   profile SCENE         where the time of mutations goes on a scene; `profile --help` says how it is measured
+  contact-sheet PATH... one picture of all glTF files below some folders; `contact-sheet --help` lists the options
   nightly               run all tests at their large sizes, then `ergodic verify --budget full`: some hours
   reference [NAME...]   render reference/NAME.exr with its provenance NAME.ron, for all scenes if none is named
 ";
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
     let result = match arguments.split_first() {
         Some((command, names)) if command == "scenes" => write_scenes(names),
         Some((command, names)) if command == "reference" => reference::write(names),
+        Some((command, arguments)) if command == "contact-sheet" => contact_sheet::run(arguments),
         Some((command, arguments)) if command == "profile" => profile::run(arguments),
         Some((command, [])) if command == "nightly" => nightly::run(),
         Some((help, _)) if help == "--help" || help == "help" => {

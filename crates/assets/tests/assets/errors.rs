@@ -6,7 +6,7 @@ use ergodic_assets::{Trouble, from_bytes, load};
 use ergodic_pathspace::{Scene, View};
 use serde_json::{Value, json};
 
-use crate::support::{triangle, try_load};
+use crate::support::{next, triangle, try_load};
 
 type Damage = fn(&mut Value);
 
@@ -99,12 +99,6 @@ fn an_image_larger_than_allowed_is_refused_before_it_is_decoded() {
     file["meshes"][0]["primitives"][0]["material"] = 0.into();
     let error = try_load(&file).unwrap_err();
     assert_eq!((error.trouble, error.place.as_str()), (Trouble::TooLarge, "images[0]"), "{error}");
-}
-
-/// A generator of its own, so that the damage is the same everywhere.
-fn next(state: &mut u64) -> usize {
-    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*state >> 33) as usize
 }
 
 #[test]

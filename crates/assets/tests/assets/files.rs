@@ -5,7 +5,7 @@ use std::fs;
 use base64::Engine;
 use ergodic_assets::load;
 
-use crate::support::triangle;
+use crate::support::{load as load_json, triangle};
 
 #[test]
 fn a_scene_finds_the_files_beside_it() {
@@ -37,4 +37,20 @@ fn the_scenes_of_the_repository_load_without_a_warning() {
         count += 1;
     }
     assert!(count >= 5);
+}
+
+#[test]
+fn extras_of_any_type_and_integers_with_a_point_are_allowed() {
+    let mut file = triangle();
+    file["nodes"][0]["extras"] = 42.into();
+    file["asset"]["extras"] = serde_json::json!([1, {"extras": null}]);
+    file["accessors"][0]["count"] = 3.0.into();
+    file["nodes"][0]["translation"] = serde_json::json!([1.0, 1e3, 0.5]);
+    let description = load_json(&file).description;
+    assert_eq!(description.placements[0].transform.translation.to_array(), [1.0, 1000.0, 0.5]);
+    // A scene without nodes is allowed as well, though there is nothing to see.
+    file["scenes"].as_array_mut().unwrap().push(serde_json::json!({"name": "empty"}));
+    assert_eq!(load_json(&file).description.placements.len(), 1);
+    file["accessors"][0]["count"] = 3.5.into();
+    assert!(ergodic_assets::from_bytes(file.to_string().as_bytes(), "test").is_err());
 }

@@ -104,6 +104,34 @@ fn sparse_accessors_replace_what_lies_below_or_zeros() {
 }
 
 #[test]
+fn indices_are_of_any_size_and_may_be_sparse() {
+    let order = [0u8, 1, 2, 0, 2, 3];
+    for (kind, size) in [(5121, 1), (5123, 2), (5125, 4)] {
+        for sparse in [false, true] {
+            let stored: Vec<u8> =
+                order.iter().flat_map(|&i| u32::from(i).to_le_bytes().into_iter().take(size)).collect();
+            let mut buffer = Buffer::default();
+            buffer.floats(&SQUARE);
+            buffer.push(&stored);
+            buffer.push(&[0, 1, 2, 3, 4, 5]);
+            let mut indices = json!({"componentType": kind, "count": 6, "type": "SCALAR"});
+            if sparse {
+                // All zeros below.
+                let at = json!({"bufferView": 2, "componentType": 5121});
+                indices["sparse"] = json!({"count": 6, "indices": at, "values": {"bufferView": 1}});
+            } else {
+                indices["bufferView"] = 1.into();
+            }
+            let positions = json!({"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"});
+            let primitive = json!({"attributes": {"POSITION": 0}, "indices": 1});
+            let file = with_primitive(buffer, json!([positions, indices]), primitive);
+            let found = &load(&file).description.meshes[0].triangles;
+            assert_eq!(found[..], [[0, 1, 2], [0, 2, 3]], "{kind} {sparse}");
+        }
+    }
+}
+
+#[test]
 fn a_sparse_index_beyond_the_end_is_an_error() {
     let mut buffer = Buffer::default();
     buffer.push(&[3]);

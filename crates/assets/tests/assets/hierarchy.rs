@@ -76,6 +76,30 @@ fn gpu_instancing_multiplies_a_node() {
     close(placements[1].transform.transform_point3(DVec3::X), DVec3::new(4.0, 2.0, 0.0));
 }
 
+#[test]
+fn gpu_instances_may_be_quantized_or_have_attributes_of_their_own_only() {
+    let mut buffer = Buffer::default();
+    buffer.floats(&TRIANGLE);
+    // A half turn about z, and none.
+    buffer.push(&[0, 0, 127, 0, 0, 0, 0, 127]);
+    buffer.push(&[7, 8]);
+    let mut file = buffer.finish(json!({
+        "asset": {"version": "2.0"},
+        "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"ROTATION": 1, "_ID": 2}}}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5120, "normalized": true, "count": 2, "type": "VEC4"},
+            {"bufferView": 2, "componentType": 5121, "count": 2, "type": "SCALAR"},
+        ],
+    }));
+    let placements = load(&file).description.placements;
+    close(placements[0].transform.transform_point3(DVec3::X), DVec3::NEG_X);
+    close(placements[1].transform.transform_point3(DVec3::X), DVec3::X);
+    file["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = json!({"_ID": 2});
+    assert_eq!(load(&file).description.placements.len(), 2);
+}
+
 fn with_cameras() -> serde_json::Value {
     let mut file = triangle();
     file["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);

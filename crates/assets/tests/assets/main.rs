@@ -1,9 +1,13 @@
 //! What files hold, and what is wrong with them.
 
+mod compression;
 mod environments;
 mod errors;
 mod files;
 mod geometry;
 mod hierarchy;
+mod lights;
 mod materials;
+mod pose;
 mod support;
+mod textures;

@@ -82,3 +82,9 @@ pub fn png(texels: &[[u8; 4]]) -> Vec<u8> {
     image.write_to(&mut std::io::Cursor::new(&mut bytes), image::ImageFormat::Png).expect("PNG into memory");
     bytes
 }
+
+/// A generator of its own, so that the damage is the same everywhere.
+pub fn next(state: &mut u64) -> usize {
+    *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*state >> 33) as usize
+}

@@ -1,6 +1,6 @@
 //! Grazing angles, degenerate indices and sizes.
 
-use ergodic_scattering::{Component, Interaction};
+use ergodic_scattering::{Bsdf, Component, Extended, Interaction, Layered};
 use glam::DVec3;
 
 use crate::support::{ALL, Kind, Random, inclined};
@@ -71,4 +71,7 @@ fn directions_in_the_surface_scatter_nothing() {
 #[test]
 fn an_interaction_stays_compact() {
     assert!(size_of::<Interaction>() <= 208, "{}", size_of::<Interaction>());
+    // The effects of few materials must not make the vertices of all paths larger.
+    assert!(size_of::<Extended>() <= 88, "{}", size_of::<Extended>());
+    assert_eq!(size_of::<Bsdf>(), size_of::<Layered>());
 }

@@ -4,14 +4,23 @@ use gltf::json::{Root, buffer};
 
 use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
+use crate::{material_layers, variants};
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 12] = [
+const UNDERSTOOD: [&str; 20] = [
     "KHR_lights_punctual",
+    material_layers::ANISOTROPY,
+    material_layers::CLEARCOAT,
+    material_layers::DIFFUSE_TRANSMISSION,
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    material_layers::IRIDESCENCE,
+    "KHR_materials_pbrSpecularGlossiness",
+    material_layers::SHEEN,
     "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    variants::NAME,
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_texture_transform",
@@ -54,10 +63,7 @@ pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
     for name in &root.extensions_used {
         let consequence = match name.as_str() {
             known if UNDERSTOOD.contains(&known) => continue,
-            "KHR_materials_unlit" => "is not supported: these materials are lit like any other",
-            "KHR_materials_variants" => "is not supported: the default materials are shown",
             "KHR_animation_pointer" => "is not supported: the scene is shown at rest",
-            "KHR_materials_pbrSpecularGlossiness" => "is not supported: the metallic-roughness values are used",
             _ => "is not supported and has no effect",
         };
         warnings.note(name, "extensionsUsed", consequence);

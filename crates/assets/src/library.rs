@@ -30,13 +30,15 @@ pub(crate) struct Library<'a> {
     parts: HashMap<usize, Vec<Part>>,
     /// From the file's materials to ours; `None` is the default material.
     known: HashMap<Option<usize>, usize>,
+    /// The chosen one of KHR_materials_variants.
+    variant: Option<usize>,
 }
 
 impl<'a> Library<'a> {
-    pub(crate) fn new(document: &'a Document) -> Self {
+    pub(crate) fn new(document: &'a Document, variant: Option<usize>) -> Self {
         let textures = Textures::default();
         let (parts, known) = (HashMap::new(), HashMap::new());
-        Self { document, meshes: Vec::new(), materials: Vec::new(), textures, parts, known }
+        Self { document, meshes: Vec::new(), materials: Vec::new(), textures, parts, known, variant }
     }
 
     /// The parts of a mesh that a node refers to.
@@ -59,12 +61,16 @@ impl<'a> Library<'a> {
         for (i, primitive) in mesh.primitives.iter().enumerate() {
             let place = primitive::place(index.value(), i);
             let Some(mut mesh) = primitive::read(document, primitive, &place, warnings)? else { continue };
-            let material = primitive::material(document, primitive, &place)?;
+            let material = primitive::material(document, primitive, self.variant, &place)?;
             let material = self.material(material.map(|m| m.value()), warnings)?;
-            if let Some(normal_map) = self.materials[material].normal_texture
+            if let Some(texcoord) = self.materials[material].tangent_texcoord()
                 && mesh.tangents.is_none()
             {
-                tangents::generate(&mut mesh, normal_map.texcoord);
+                tangents::generate(&mut mesh, texcoord);
+                if mesh.tangents.is_none() {
+                    let subject = "Normal maps and anisotropy on a mesh without tangents and texture coordinates";
+                    warnings.note(subject, &place, "have no direction to go by and no effect");
+                }
             }
             self.meshes.push(mesh);
             parts.push(Part { mesh: self.meshes.len() - 1, material });

@@ -9,8 +9,8 @@ use gltf::json::validation::Checked;
 use crate::accessor::{self, Rows};
 use crate::document::Document;
 use crate::error::Flaw;
-use crate::extensions;
 use crate::warnings::Warnings;
+use crate::{extensions, variants};
 
 /// Reads the geometry of a primitive; `None` if it draws no triangles.
 pub(crate) fn read(
@@ -127,13 +127,18 @@ pub(crate) fn place(mesh: usize, primitive: usize) -> String {
     format!("meshes[{mesh}].primitives[{primitive}]")
 }
 
-/// The material index of a primitive, checked.
+/// The material index of a primitive, in the chosen variant if there is one, checked.
 pub(crate) fn material(
     document: &Document,
     primitive: &Primitive,
+    variant: Option<usize>,
     place: &str,
 ) -> Result<Option<json::Index<json::Material>>, Flaw> {
-    let Some(index) = primitive.material else { return Ok(None) };
+    let varied = match variant {
+        Some(variant) => variants::material(primitive, variant, place)?,
+        None => None,
+    };
+    let Some(index) = varied.or(primitive.material) else { return Ok(None) };
     let count = document.root.materials.len();
     if index.value() < count {
         Ok(Some(index))

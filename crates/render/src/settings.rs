@@ -14,6 +14,8 @@ pub struct Settings {
     pub method: Method,
     /// Which camera: a name or an index; empty for the scene's first.
     pub camera: String,
+    /// Which variant of the materials (KHR_materials_variants), by name; empty for the scene's default.
+    pub variant: String,
     /// Width and height of the picture in pixels.
     pub size: (u32, u32),
     /// Reconstruction filter.
@@ -134,6 +136,7 @@ impl Default for Settings {
             scene: String::new(),
             method: Method::Mlt,
             camera: String::new(),
+            variant: String::new(),
             size: (384, 256),
             filter: FilterSettings::Box,
             seed: 0,

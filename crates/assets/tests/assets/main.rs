@@ -4,5 +4,7 @@ mod errors;
 mod files;
 mod geometry;
 mod hierarchy;
+mod layers;
 mod materials;
 mod support;
+mod textured;

@@ -72,7 +72,8 @@ fn a_coat_with_its_own_normal_scatters_by_that_normal() {
         // Its normal is the geometric one, so that the factor is 1.
         let (forth, back) = (at.eval(a, b, Component::Rough), at.eval(b, a, Component::Rough));
         scattered += u32::from(forth != Rgb::ZERO);
-        assert!(relative(forth, back) < 1e-9, "{forth} {back}");
+        // The normal is stored in single precision.
+        assert!(relative(forth, back) < 1e-5, "{forth} {back}");
     }
     assert!(scattered > 300);
     // A smooth one mirrors about it, in both directions and on both sides.
@@ -223,7 +224,7 @@ fn no_light_leaks_where_the_normals_disagree() {
             let at = kind.at(alpha, ns);
             for _ in 0..2000 {
                 let (from, other) = (random.direction(), random.direction());
-                let disagree = |w: DVec3| w.dot(ns) * w.z <= 0.0;
+                let disagree = |w: DVec3| w.dot(at.frame.n) * w.z <= 0.0;
                 if disagree(from) || disagree(other) {
                     assert_eq!(at.eval(from, other, Component::Rough), Rgb::ZERO);
                     assert_eq!(at.pdf(from, other, Component::Rough), 0.0);

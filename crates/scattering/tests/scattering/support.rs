@@ -238,6 +238,11 @@ impl Kind {
         }
     }
 
+    /// Whether it is rougher along one direction.
+    pub fn is_anisotropic(self) -> bool {
+        self.material(1.0).layers.is_some_and(|layers| layers.anisotropy > 0.0)
+    }
+
     /// Whether nothing gets through.
     pub fn is_opaque(self) -> bool {
         matches!(

@@ -7,13 +7,13 @@ use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::diagnostics::Moments;
 use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
-use ergodic_pathspace::{Path, Scene, View};
+use ergodic_pathspace::{Path, Scene, SceneDescription, View};
 use ergodic_render::{
     Budget, Direct, FilterSettings, Method, MltReport, Replayed, Settings, Unobserved, render, render_with_mixture,
     replay,
 };
 use ergodic_scattering::luminance;
-use ergodic_tests::{description, nightly, view_of};
+use ergodic_tests::{description, layered_room, nightly, view_of};
 
 fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
     let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
@@ -193,13 +193,17 @@ fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
 
 const REPLICAS: u64 = 12;
 
-/// Two-sided 1e-4 over 5 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
+/// Two-sided 1e-4 over 6 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
 /// Sidak: 8.0. A few blocks that hold a handful of fireflies have fewer effective degrees of freedom; none does here.
 const LIMIT: f64 = 8.0;
 
 fn check_agreement(name: &str) {
+    check_agreement_on(name, description(name));
+}
+
+fn check_agreement_on(name: &str, description: SceneDescription) {
     let size = (32, 32);
-    let scene = view_of(description(name), size);
+    let scene = view_of(description, size);
     for (min_edges, max_edges) in [(1, 8), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6)] {
         let lengths = |mut s: Settings| {
             s.min_edges = min_edges;
@@ -245,6 +249,11 @@ fn bidirectional_and_mlt_agree_on_pool() {
     check_agreement("pool");
 }
 
+#[test]
+fn bidirectional_and_mlt_agree_on_layered_materials() {
+    check_agreement_on("layered", layered_room());
+}
+
 /// The comparison can fail: a picture 3 % too bright is told apart.
 #[test]
 fn a_picture_that_is_too_bright_is_told_apart() {
@@ -260,8 +269,17 @@ fn a_picture_that_is_too_bright_is_told_apart() {
 
 #[test]
 fn path_and_bidirectional_agree_on_cornell() {
+    path_and_bidirectional_agree(description("cornell"));
+}
+
+#[test]
+fn path_and_bidirectional_agree_on_layered_materials() {
+    path_and_bidirectional_agree(layered_room());
+}
+
+fn path_and_bidirectional_agree(description: SceneDescription) {
     let size = (32, 32);
-    let scene = view_of(description("cornell"), size);
+    let scene = view_of(description, size);
     let path = replicate(&scene, &settings(Method::Path, size, 64.0), REPLICAS);
     let bidirectional = replicate(&scene, &settings(Method::Bidirectional, size, 32.0), REPLICAS);
     let t = disagreement(&path, &bidirectional);

@@ -128,3 +128,59 @@ impl ThinFilm {
         plain.lerp(self.reflectance(base_f0, cos), self.strength)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GLASS: Rgb = Rgb::splat(0.04);
+
+    #[test]
+    fn a_film_of_the_outsides_index_is_not_there() {
+        let film = ThinFilm { strength: 1.0, ior: 1.0, thickness: 300.0 };
+        for cos in [1.0, 0.5, 0.1] {
+            let plain = schlick(GLASS, cos);
+            let difference = (film.reflectance(GLASS, cos) - plain).abs().max_element();
+            // The series never leaves out its oscillation wholly: the amplitude is at least sqrt(1e-5).
+            assert!(difference < 8e-3, "{cos}: {difference}");
+        }
+    }
+
+    #[test]
+    fn a_thick_film_reflects_as_two_faces_without_interference() {
+        let film = ThinFilm { strength: 1.0, ior: 1.38, thickness: 1e5 };
+        let r12 = (0.38_f64 / 2.38).powi(2);
+        let base = (1.0 + 0.0401_f64.sqrt()) / (1.0 - 0.0401_f64.sqrt());
+        let r23 = ((base - 1.38) / (base + 1.38)).powi(2);
+        let expected = r12 + (1.0 - r12).powi(2) * r23 / (1.0 - r12 * r23);
+        let found = film.reflectance(GLASS, 1.0);
+        assert!((found - expected).abs().max_element() < 1e-4, "{found} {expected}");
+    }
+
+    #[test]
+    fn a_quarter_wave_layer_quenches_the_reflection_of_glass() {
+        // Magnesium fluoride, a quarter of 550 nm thick: the oldest antireflection coating. A half wave is no coating.
+        let green = |thickness| ThinFilm { strength: 1.0, ior: 1.38, thickness }.reflectance(GLASS, 1.0).y;
+        let (quarter, half) = (green(550.0 / 4.0 / 1.38), green(550.0 / 2.0 / 1.38));
+        assert!(quarter < 0.016 && (0.03..0.045).contains(&half), "{quarter} {half}");
+        // At 45 degrees the same film is too thin: its colour moves.
+        let film = ThinFilm { strength: 1.0, ior: 1.38, thickness: 300.0 };
+        let (straight, slanted) = (film.reflectance(Rgb::ONE, 1.0), film.reflectance(Rgb::ONE, 0.5));
+        assert!((straight - slanted).abs().max_element() > 0.02, "{straight} {slanted}");
+    }
+
+    #[test]
+    fn the_reflectance_is_a_share_everywhere() {
+        for ior in [1.0, 1.3, 1.8, 2.5] {
+            for thickness in [0.0, 120.0, 333.0, 700.0] {
+                for f0 in [Rgb::ZERO, GLASS, Rgb::new(1.0, 0.7, 0.2)] {
+                    for i in 0..=50 {
+                        let film = ThinFilm { strength: 1.0, ior, thickness };
+                        let r = film.reflectance(f0, f64::from(i) / 50.0);
+                        assert!(r.min_element() >= 0.0 && r.max_element() <= 1.0 && r.is_finite(), "{film:?} {r}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -4,6 +4,7 @@ mod bsdf_chi_square;
 mod camera;
 mod conventions;
 mod energy;
+mod layers;
 mod lights;
 mod materials;
 mod numerics;

@@ -3,11 +3,13 @@
 
 mod estimate;
 mod eye;
+mod layered;
 mod shapes;
 mod source;
 
 pub use estimate::{Estimate, estimate, image, nightly, settings};
 pub use eye::Eye;
+pub use layered::layered_room;
 pub use shapes::{Thing, cuboid, description_of, diffuse, glass, mirror, quad, scene_of, sphere};
 pub use source::PathSource;
 

@@ -11,7 +11,7 @@ use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, R
 use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, Vertex, contribution};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
-use ergodic_tests::{PathSource, nightly, space};
+use ergodic_tests::{PathSource, layered_room, nightly, space, view_of};
 use glam::DVec3;
 
 const SCENES: [&str; 5] = ["cornell", "ajar", "glass", "pool", "dusk"];
@@ -34,8 +34,9 @@ fn ln_target(x: &Path) -> f64 {
 
 #[test]
 fn the_way_back_has_support_and_balance_is_detailed() {
-    for name in SCENES {
-        let space = space(name, SIZE, LENGTHS);
+    let layered = ("layered", PathSpace { scene: view_of(layered_room(), SIZE), lengths: LENGTHS });
+    let spaces = SCENES.iter().map(|name| (*name, space(name, SIZE, LENGTHS)));
+    for (name, space) in spaces.chain([layered]) {
         for mutation in members() {
             let (mut tried, mut one_way, mut suitable, mut stale_is_seen) = (0u32, 0u32, 0u32, 0u32);
             let mut source = PathSource::new(&space);

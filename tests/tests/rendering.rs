@@ -7,13 +7,13 @@ use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::diagnostics::Moments;
 use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
-use ergodic_pathspace::{Path, Scene, View};
+use ergodic_pathspace::{Path, Scene, SceneDescription, View};
 use ergodic_render::{
     Budget, Direct, FilterSettings, Method, MltReport, Replayed, Settings, Unobserved, render, render_with_mixture,
     replay,
 };
 use ergodic_scattering::luminance;
-use ergodic_tests::{description, nightly, view_of};
+use ergodic_tests::{description, layered_room, nightly, view_of};
 
 fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
     let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
@@ -264,6 +264,11 @@ fn bidirectional_and_mlt_agree_on_pool() {
     check_agreement("pool");
 }
 
+#[test]
+fn bidirectional_and_mlt_agree_on_layered_materials() {
+    check_chains("layered", &view_of(layered_room(), (32, 32)));
+}
+
 /// The comparison can fail: a picture 3 % too bright is told apart.
 #[test]
 fn a_picture_that_is_too_bright_is_told_apart() {
@@ -279,8 +284,17 @@ fn a_picture_that_is_too_bright_is_told_apart() {
 
 #[test]
 fn path_and_bidirectional_agree_on_cornell() {
+    path_and_bidirectional_agree(description("cornell"));
+}
+
+#[test]
+fn path_and_bidirectional_agree_on_layered_materials() {
+    path_and_bidirectional_agree(layered_room());
+}
+
+fn path_and_bidirectional_agree(description: SceneDescription) {
     let size = (32, 32);
-    let scene = view_of(description("cornell"), size);
+    let scene = view_of(description, size);
     let path = replicate(&scene, &settings(Method::Path, size, 64.0), REPLICAS);
     let bidirectional = replicate(&scene, &settings(Method::Bidirectional, size, 32.0), REPLICAS);
     let t = disagreement(&path, &bidirectional);

@@ -36,6 +36,8 @@ pub struct Summary {
     pub extensions_used: Vec<String>,
     /// Extensions it cannot do without.
     pub extensions_required: Vec<String>,
+    /// Names of its variants (KHR_materials_variants).
+    pub variants: Vec<String>,
     /// For each camera of the description its number in the file and the camera's own name, which may differ from the
     /// node's name that the description has.
     pub cameras: Vec<(usize, String)>,

@@ -52,7 +52,7 @@ pub fn load_environment(path: &Path, strength: f64, rotation: f64) -> Result<(En
     if environment.total_luminance() <= 0.0 {
         warnings.note(name, "", "is black and lights nothing");
     }
-    let sentences = warnings.into_sentences();
+    let (sentences, _) = warnings.into_sentences();
     Ok((environment, sentences))
 }
 

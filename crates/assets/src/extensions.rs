@@ -4,17 +4,26 @@ use gltf::json::{Root, buffer};
 
 use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
+use crate::{material_layers, variants};
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 16] = [
+const UNDERSTOOD: [&str; 24] = [
     DRACO,
     MESHOPT[0],
     MESHOPT[1],
     "KHR_lights_punctual",
+    material_layers::ANISOTROPY,
+    material_layers::CLEARCOAT,
+    material_layers::DIFFUSE_TRANSMISSION,
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
+    material_layers::IRIDESCENCE,
+    "KHR_materials_pbrSpecularGlossiness",
+    material_layers::SHEEN,
     "KHR_materials_specular",
     "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    variants::NAME,
     "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
@@ -63,13 +72,10 @@ pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
     for name in &root.extensions_used {
         let consequence = match name.as_str() {
             known if UNDERSTOOD.contains(&known) => continue,
-            "KHR_materials_unlit" => "is not supported: these materials are lit like any other",
-            "KHR_materials_variants" => "is not supported: the default materials are shown",
             "EXT_lights_image_based" | "EXT_lights_ies" | "KHR_environment_map" => {
                 "is not supported: give a latitude-longitude map by --environment"
             }
             "KHR_animation_pointer" => "is not supported: the scene is shown at rest",
-            "KHR_materials_pbrSpecularGlossiness" => "is not supported: the metallic-roughness values are used",
             _ => "is not supported and has no effect",
         };
         warnings.note(name, "extensionsUsed", consequence);

@@ -24,6 +24,7 @@ mod hierarchy;
 mod library;
 mod limits;
 mod material;
+mod material_layers;
 mod meshopt;
 mod morph;
 mod primitive;
@@ -31,6 +32,7 @@ mod skin;
 mod tangents;
 mod texture;
 mod uri;
+mod variants;
 mod warnings;
 
 use std::path::Path;
@@ -52,12 +54,22 @@ use warnings::Warnings;
 /// A file that cannot be read, breaks the specification where it matters, requires an extension that is not understood,
 /// or asks for too much memory.
 pub fn load(path: &Path) -> Result<Asset, AssetError> {
+    load_variant(path, "")
+}
+
+/// Like [`load`], with the materials of the variant (KHR_materials_variants) that has this name; empty for the default.
+///
+/// # Errors
+///
+/// Like [`load`], and if there is no such variant.
+pub fn load_variant(path: &Path, variant: &str) -> Result<Asset, AssetError> {
     let name = path.display().to_string();
     let bytes = uri::read_file(path).map_err(|why| {
         let mend = "Give the path of a .glb or .gltf file";
         Flaw::new(Trouble::Unreadable, "", format!("cannot be read: {why}"), mend).in_file(&name)
     })?;
-    read(&bytes, Some(path.parent().unwrap_or(Path::new(""))), &name)
+    let folder = path.parent().unwrap_or(Path::new(""));
+    build(&bytes, Some(folder), &name, variant).map_err(|flaw| flaw.in_file(&name))
 }
 
 /// Loads a file from memory; `name` stands for it in messages. URIs of other files are errors.
@@ -66,14 +78,19 @@ pub fn load(path: &Path) -> Result<Asset, AssetError> {
 ///
 /// Like [`load`].
 pub fn from_bytes(bytes: &[u8], name: &str) -> Result<Asset, AssetError> {
-    read(bytes, None, name)
+    from_bytes_variant(bytes, name, "")
 }
 
-fn read(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, AssetError> {
-    build(bytes, folder, name).map_err(|flaw| flaw.in_file(name))
+/// Like [`from_bytes`], with a variant as [`load_variant`] takes it.
+///
+/// # Errors
+///
+/// Like [`load_variant`].
+pub fn from_bytes_variant(bytes: &[u8], name: &str, variant: &str) -> Result<Asset, AssetError> {
+    build(bytes, None, name, variant).map_err(|flaw| flaw.in_file(name))
 }
 
-fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw> {
+fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Result<Asset, Flaw> {
     let document = Document::parse(bytes, folder)?;
     let root = &document.root;
     let mut warnings = Warnings::default();
@@ -81,7 +98,9 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
     if document.animated {
         warnings.note("Animations", "", "are not supported: the scene is shown at rest");
     }
-    let mut library = Library::new(&document);
+    let variants = variants::names(root)?;
+    let chosen = variants::choose(&variants, variant)?;
+    let mut library = Library::new(&document, chosen);
     let world = hierarchy::place(&document, &mut library, &mut warnings)?;
     let summary = Summary {
         version: root.asset.version.clone(),
@@ -89,6 +108,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str) -> Result<Asset, Flaw>
         copyright: root.asset.copyright.clone(),
         extensions_used: root.extensions_used.clone(),
         extensions_required: root.extensions_required.clone(),
+        variants,
         cameras: world.cameras.iter().map(|c| (c.number, c.camera_name.clone())).collect(),
     };
     let description = SceneDescription {

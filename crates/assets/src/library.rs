@@ -36,13 +36,15 @@ pub(crate) struct Library<'a> {
     parts: HashMap<(usize, Vec<u64>), Vec<Part>>,
     /// From the file's materials to ours; `None` is the default material.
     known: HashMap<Option<usize>, usize>,
+    /// The chosen one of KHR_materials_variants.
+    variant: Option<usize>,
 }
 
 impl<'a> Library<'a> {
-    pub(crate) fn new(document: &'a Document) -> Self {
+    pub(crate) fn new(document: &'a Document, variant: Option<usize>) -> Self {
         let textures = Textures::default();
         let (parts, known) = (HashMap::new(), HashMap::new());
-        Self { document, meshes: Vec::new(), vertices: 0, materials: Vec::new(), textures, parts, known }
+        Self { document, meshes: Vec::new(), vertices: 0, materials: Vec::new(), textures, parts, known, variant }
     }
 
     /// The parts of a mesh that a node shows, at the node's morph weights and in the pose of its skin.
@@ -88,12 +90,16 @@ impl<'a> Library<'a> {
             if let Some((skin, influences)) = bent {
                 skin.bend(&mut mesh, influences, &place)?;
             }
-            let material = primitive::material(document, primitive, &place)?;
+            let material = primitive::material(document, primitive, self.variant, &place)?;
             let material = self.material(material.map(|m| m.value()), warnings)?;
-            if let Some(normal_map) = self.materials[material].normal_texture
+            if let Some(texcoord) = self.materials[material].tangent_texcoord()
                 && mesh.tangents.is_none()
             {
-                tangents::generate(&mut mesh, normal_map.texcoord);
+                tangents::generate(&mut mesh, texcoord);
+                if mesh.tangents.is_none() {
+                    let subject = "Normal maps and anisotropy on a mesh without tangents and texture coordinates";
+                    warnings.note(subject, &place, "have no direction to go by and no effect");
+                }
             }
             self.vertices += mesh.positions.len();
             if self.vertices > limits::VERTICES {

@@ -1,36 +1,82 @@
 //! glTF materials with their extensions.
 
-use ergodic_scattering::{Material, Rgb, TextureUse};
+use ergodic_scattering::{Material, Rgb, SpecularGlossiness, TextureUse};
 use gltf::json;
-use gltf::json::material::AlphaMode;
+use gltf::json::material::{AlphaMode, NormalTexture};
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
+use serde::Deserialize;
 
 use crate::document::Document;
 use crate::error::Flaw;
+use crate::material_layers::{self, extension};
 use crate::texture::{Encoding, Reference, Textures};
 use crate::warnings::Warnings;
 
 /// Least attenuation colour: a channel of 0 would absorb everything over any distance.
 const LEAST_ATTENUATION: f64 = 1e-6;
 
-struct Reader<'a> {
+/// Reads the parts of one material.
+pub(crate) struct Reader<'a> {
     document: &'a Document,
     textures: &'a mut Textures,
     warnings: &'a mut Warnings,
-    place: String,
+    /// Where the material is in the file.
+    pub place: String,
 }
 
 impl Reader<'_> {
-    fn texture(&mut self, info: Option<&Info>, encoding: Encoding, name: &str) -> Result<Option<TextureUse>, Flaw> {
+    pub(crate) fn texture(
+        &mut self,
+        info: Option<&Info>,
+        encoding: Encoding,
+        name: &str,
+    ) -> Result<Option<TextureUse>, Flaw> {
         let Some(info) = info else { return Ok(None) };
         let transform = info.extensions.as_ref().and_then(|e| e.texture_transform.as_ref());
         let reference = Reference { texture: info.index, texcoord: info.tex_coord, transform, encoding };
         self.textures.reference(self.document, &reference, &format!("{}.{name}", self.place), self.warnings)
     }
 
+    /// A texture of numbers that are no colours.
+    pub(crate) fn linear(&mut self, info: Option<&Info>, name: &str) -> Result<Option<TextureUse>, Flaw> {
+        self.texture(info, Encoding::Linear, name)
+    }
+
+    /// A normal map and its scale.
+    pub(crate) fn normal(&mut self, normal: &NormalTexture, name: &str) -> Result<(Option<TextureUse>, f64), Flaw> {
+        let transform = normal.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
+        let transform = transform.cloned().map(serde_json::from_value).transpose();
+        let place = format!("{}.{name}", self.place);
+        let transform = transform
+            .map_err(|e| Flaw::malformed(format!("{place}.extensions.KHR_texture_transform"), e.to_string()))?;
+        let (texture, texcoord, encoding) = (normal.index, normal.tex_coord, Encoding::Linear);
+        let reference = Reference { texture, texcoord, transform: transform.as_ref(), encoding };
+        let used = self.textures.reference(self.document, &reference, &place, self.warnings)?;
+        Ok((used, self.number(normal.scale, &format!("{name}.scale"))?))
+    }
+
+    /// A finite number.
+    pub(crate) fn number(&self, value: f32, name: &str) -> Result<f64, Flaw> {
+        if value.is_finite() {
+            Ok(f64::from(value))
+        } else {
+            Err(Flaw::malformed(format!("{}.{name}", self.place), "is not finite"))
+        }
+    }
+
+    /// An index of refraction; one below 1 is taken as 1, with a warning.
+    pub(crate) fn index(&mut self, value: f32, name: &str) -> Result<f64, Flaw> {
+        let index = self.amount(value, name)?;
+        if index < 1.0 {
+            let place = format!("{}.{name}", self.place);
+            self.warnings.note("An index of refraction below 1", place, "is taken as 1");
+        }
+        Ok(index.max(1.0))
+    }
+
     /// A number in `[0, 1]`; what lies outside is clamped, with a warning.
-    fn share(&mut self, value: f32, name: &str) -> Result<f64, Flaw> {
+    pub(crate) fn share(&mut self, value: f32, name: &str) -> Result<f64, Flaw> {
         if !value.is_finite() {
             return Err(Flaw::malformed(format!("{}.{name}", self.place), "is not finite"));
         }
@@ -41,12 +87,12 @@ impl Reader<'_> {
         Ok(f64::from(value.clamp(0.0, 1.0)))
     }
 
-    fn shares(&mut self, [r, g, b]: [f32; 3], name: &str) -> Result<Rgb, Flaw> {
+    pub(crate) fn shares(&mut self, [r, g, b]: [f32; 3], name: &str) -> Result<Rgb, Flaw> {
         Ok(Rgb::new(self.share(r, name)?, self.share(g, name)?, self.share(b, name)?))
     }
 
     /// A finite number that is not negative.
-    fn amount(&self, value: f32, name: &str) -> Result<f64, Flaw> {
+    pub(crate) fn amount(&self, value: f32, name: &str) -> Result<f64, Flaw> {
         if value.is_finite() && value >= 0.0 {
             Ok(f64::from(value))
         } else {
@@ -87,19 +133,7 @@ pub(crate) fn read(
     )?;
 
     if let Some(normal) = &json.normal_texture {
-        let transform = normal.extensions.as_ref().and_then(|e| e.others.get("KHR_texture_transform"));
-        let transform = transform.cloned().map(serde_json::from_value).transpose();
-        let place = format!("{}.normalTexture", reader.place);
-        let transform = transform
-            .map_err(|e| Flaw::malformed(format!("{place}.extensions.KHR_texture_transform"), e.to_string()))?;
-        let encoding = Encoding::Linear;
-        let (texture, texcoord) = (normal.index, normal.tex_coord);
-        let reference = Reference { texture, texcoord, transform: transform.as_ref(), encoding };
-        material.normal_texture = reader.textures.reference(document, &reference, &place, reader.warnings)?;
-        if !normal.scale.is_finite() {
-            return Err(Flaw::malformed(format!("{place}.scale"), "is not finite"));
-        }
-        material.normal_scale = f64::from(normal.scale);
+        (material.normal_texture, material.normal_scale) = reader.normal(normal, "normalTexture")?;
     }
 
     material.emission = reader.amounts(json.emissive_factor.0, "emissiveFactor")?;
@@ -120,12 +154,9 @@ fn read_extensions(
         material.emission *= reader.amount(strength.emissive_strength.0, name)?;
     }
     if let Some(ior) = &extensions.ior {
-        material.ior = reader.amount(ior.ior.0, "extensions.KHR_materials_ior.ior")?;
-        if material.ior > 0.0 && material.ior < 1.0 {
-            let place = format!("{}.extensions.KHR_materials_ior.ior", reader.place);
-            reader.warnings.note("An index of refraction below 1", place, "is taken as 1");
-            material.ior = 1.0;
-        }
+        // 0 stands for a perfect reflector.
+        let zero = ior.ior.0 == 0.0;
+        material.ior = if zero { 0.0 } else { reader.index(ior.ior.0, "extensions.KHR_materials_ior.ior")? };
     }
     if let Some(specular) = &extensions.specular {
         let name = "extensions.KHR_materials_specular";
@@ -161,7 +192,72 @@ fn read_extensions(
         // An addition of 0 keeps a clear channel from being -0.
         material.absorption = Rgb::new(-color.x.ln(), -color.y.ln(), -color.z.ln()) / distance + Rgb::ZERO;
     }
+    if let Some(old) = extension::<OldWorkflow>(&extensions.others, OLD_WORKFLOW, &reader.place)? {
+        read_specular_glossiness(&old, material, reader)?;
+    }
+    material.layers = material_layers::read(&extensions.others, reader)?;
+    if extensions.unlit.is_some() {
+        make_unlit(material);
+    }
     Ok(())
+}
+
+const OLD_WORKFLOW: &str = "KHR_materials_pbrSpecularGlossiness";
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct OldWorkflow {
+    diffuse_factor: [f32; 4],
+    diffuse_texture: Option<Info>,
+    specular_factor: [f32; 3],
+    glossiness_factor: f32,
+    specular_glossiness_texture: Option<Info>,
+}
+
+impl Default for OldWorkflow {
+    fn default() -> Self {
+        Self {
+            diffuse_factor: [1.0; 4],
+            diffuse_texture: None,
+            specular_factor: [1.0; 3],
+            glossiness_factor: 1.0,
+            specular_glossiness_texture: None,
+        }
+    }
+}
+
+/// The old workflow takes the place of metallic and roughness. Its reflectance at normal incidence is a colour: that of an
+/// index of 0, which reflects everything, times the specular colour.
+fn read_specular_glossiness(old: &OldWorkflow, material: &mut Material, reader: &mut Reader<'_>) -> Result<(), Flaw> {
+    let at = |name: &str| format!("extensions.{OLD_WORKFLOW}.{name}");
+    let [r, g, b, _] = old.diffuse_factor;
+    material.base_color = reader.shares([r, g, b], &at("diffuseFactor"))?;
+    material.base_color_texture =
+        reader.texture(old.diffuse_texture.as_ref(), Encoding::Srgb, &at("diffuseTexture"))?;
+    material.specular_color = reader.shares(old.specular_factor, &at("specularFactor"))?;
+    let glossiness = reader.share(old.glossiness_factor, &at("glossinessFactor"))?;
+    let texture = old.specular_glossiness_texture.as_ref();
+    let texture = reader.texture(texture, Encoding::Srgb, &at("specularGlossinessTexture"))?;
+    material.specular_glossiness = Some(SpecularGlossiness { glossiness, texture });
+    (material.metallic, material.metallic_roughness_texture) = (0.0, None);
+    (material.ior, material.specular, material.specular_texture) = (0.0, 1.0, None);
+    material.specular_color_texture = None;
+    Ok(())
+}
+
+/// The surface emits its base colour and scatters nothing.
+fn make_unlit(material: &mut Material) {
+    *material = Material {
+        name: std::mem::take(&mut material.name),
+        double_sided: material.double_sided,
+        emission: material.base_color,
+        emission_texture: material.base_color_texture,
+        base_color: Rgb::ZERO,
+        metallic: 0.0,
+        specular: 0.0,
+        unlit: true,
+        ..Material::default()
+    };
 }
 
 fn note_alpha(material: &json::Material, place: &str, warnings: &mut Warnings) {

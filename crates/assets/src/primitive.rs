@@ -13,6 +13,7 @@ use crate::draco::Decoded;
 use crate::error::Flaw;
 use crate::morph;
 use crate::skin::Influences;
+use crate::variants;
 use crate::warnings::Warnings;
 
 /// The geometry of a primitive.
@@ -195,13 +196,18 @@ pub(crate) fn place(mesh: usize, primitive: usize) -> String {
     format!("meshes[{mesh}].primitives[{primitive}]")
 }
 
-/// The material index of a primitive, checked.
+/// The material index of a primitive, in the chosen variant if there is one, checked.
 pub(crate) fn material(
     document: &Document,
     primitive: &Primitive,
+    variant: Option<usize>,
     place: &str,
 ) -> Result<Option<Index<json::Material>>, Flaw> {
-    let Some(index) = primitive.material else { return Ok(None) };
+    let varied = match variant {
+        Some(variant) => variants::material(primitive, variant, place)?,
+        None => None,
+    };
+    let Some(index) = varied.or(primitive.material) else { return Ok(None) };
     let count = document.root.materials.len();
     if index.value() < count {
         Ok(Some(index))

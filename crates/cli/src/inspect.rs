@@ -1,7 +1,7 @@
 //! `ergodic inspect`.
 
-use ergodic_assets::{Asset, load};
-use ergodic_scattering::{Material, PunctualLight};
+use ergodic_assets::{Asset, load_variant};
+use ergodic_scattering::{Material, MaterialLayers, PunctualLight};
 
 use crate::environment;
 use crate::error::CliError;
@@ -10,7 +10,7 @@ use crate::{table, terminal};
 
 /// Tells what is in a file.
 pub fn run(options: &InspectOptions) -> Result<(), CliError> {
-    let mut asset = load(&options.scene)?;
+    let mut asset = load_variant(&options.scene, &options.variant)?;
     if let Some(file) = &options.environment {
         let settings = environment::with_file(None, file);
         let (environment, warnings) = environment::load(Some(&settings))?;
@@ -31,6 +31,10 @@ fn lines(asset: &Asset) -> Vec<String> {
     }
     if !summary.extensions_required.is_empty() {
         lines.push(format!("  extensions required: {}", summary.extensions_required.join(", ")));
+    }
+    if !summary.variants.is_empty() {
+        let names = summary.variants.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>();
+        lines.push(format!("  variants: {}", names.join(", ")));
     }
     let triangles: usize = description.placements.iter().map(|p| description.meshes[p.mesh].triangles.len()).sum();
     lines.push(format!(
@@ -130,11 +134,42 @@ fn lights(asset: &Asset) -> Vec<Vec<String>> {
     rows
 }
 
+/// The effects of a material's layers, each with how much there is of it.
+fn effects(layers: &MaterialLayers) -> Vec<String> {
+    let mut effects = Vec::new();
+    if layers.clearcoat > 0.0 {
+        effects.push(format!("clearcoat {:.2}, roughness {:.2}", layers.clearcoat, layers.clearcoat_roughness));
+    }
+    if layers.sheen_color.max_element() > 0.0 {
+        effects.push(format!("sheen {:.2}, roughness {:.2}", layers.sheen_color, layers.sheen_roughness));
+    }
+    if layers.anisotropy > 0.0 {
+        effects.push(format!("anisotropy {:.2}", layers.anisotropy));
+    }
+    if layers.iridescence > 0.0 {
+        let (thin, thick) = (layers.iridescence_thickness_minimum, layers.iridescence_thickness_maximum);
+        let thickness = match layers.iridescence_thickness_texture {
+            Some(_) => format!("{thin:.0} to {thick:.0} nm"),
+            None => format!("{thick:.0} nm"),
+        };
+        effects.push(format!("iridescence {:.2}, film of {thickness}", layers.iridescence));
+    }
+    if layers.diffuse_transmission > 0.0 {
+        let (share, color) = (layers.diffuse_transmission, layers.diffuse_transmission_color);
+        effects.push(format!("diffuse transmission {share:.2} of {color:.2}"));
+    }
+    effects
+}
+
 fn material(material: &Material) -> Vec<String> {
-    let kind = if material.is_solid() {
+    let kind = if material.unlit {
+        "unlit"
+    } else if material.is_solid() {
         "solid dielectric"
     } else if material.transmission > 0.0 {
         "thin-walled dielectric"
+    } else if material.specular_glossiness.is_some() {
+        "specular-glossiness"
     } else if material.metallic >= 1.0 && material.metallic_roughness_texture.is_none() {
         "metal"
     } else if material.specular == 0.0 && material.metallic == 0.0 {
@@ -151,12 +186,18 @@ fn material(material: &Material) -> Vec<String> {
         ("specular colour", &material.specular_color_texture),
         ("transmission", &material.transmission_texture),
     ];
-    let textures: Vec<&str> = textures.iter().filter(|(_, used)| used.is_some()).map(|(name, _)| *name).collect();
+    let gloss = material.specular_glossiness.and_then(|gloss| gloss.texture);
+    let layers = material.layers.as_deref().map_or_else(Vec::new, |layers| layers.textures().to_vec());
+    let textures = textures.into_iter().chain([("specular-glossiness", &gloss)]).chain(layers);
+    let textures: Vec<&str> = textures.filter(|(_, used)| used.is_some()).map(|(name, _)| name).collect();
     let mut more = Vec::new();
     if !textures.is_empty() {
         more.push(format!("textures: {}", textures.join(", ")));
     }
-    if material.is_solid() || (material.ior - 1.5).abs() > 1e-6 {
+    if let Some(layers) = &material.layers {
+        more.extend(effects(layers));
+    }
+    if material.is_solid() || (material.ior - 1.5).abs() > 1e-6 && material.specular_glossiness.is_none() {
         more.push(format!("index {:.3}", material.ior));
     }
     if material.is_solid() && material.absorption.max_element() > 0.0 {
@@ -168,9 +209,9 @@ fn material(material: &Material) -> Vec<String> {
     vec![
         material.name.clone(),
         kind.into(),
-        format!("{:.3}", material.base_color),
+        format!("{:.3}", if material.unlit { material.emission } else { material.base_color }),
         format!("{:.2}", material.metallic),
-        format!("{:.2}", material.roughness),
+        format!("{:.2}", material.specular_glossiness.map_or(material.roughness, |gloss| 1.0 - gloss.glossiness)),
         more.join("; "),
     ]
 }

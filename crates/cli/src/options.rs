@@ -57,6 +57,9 @@ pub struct RenderOptions {
     /// A camera by its name or its number in the file; without it the first
     #[arg(long, value_name = "NAME|N")]
     pub camera: Option<String>,
+    /// A variant of the materials by its name, where the file has variants; `ergodic inspect` lists them
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
     /// Size of the picture in pixels, like 640x360
     #[arg(long, value_parser = size, value_name = "WxH")]
     pub size: Option<(u32, u32)>,
@@ -94,6 +97,9 @@ pub struct InspectOptions {
     /// Tell of this map too, a .hdr or .exr file that is to light the scene
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
+    /// Show the materials of this variant
+    #[arg(long, value_name = "NAME", default_value = "")]
+    pub variant: String,
 }
 
 /// Options of `compare`.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ergodic_assess::Exposure;
-use ergodic_assets::{Asset, from_bytes, load};
+use ergodic_assets::{Asset, from_bytes_variant, load_variant};
 use ergodic_pathspace::Scene;
 use ergodic_render::{LightUnits, Settings, render};
 
@@ -23,9 +23,9 @@ const BUILT_IN_NAME: &str = "ajar";
 pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     let settings = settings(options)?;
     let (mut asset, name) = if settings.scene.is_empty() {
-        (from_bytes(BUILT_IN, BUILT_IN_NAME)?, BUILT_IN_NAME.to_string())
+        (from_bytes_variant(BUILT_IN, BUILT_IN_NAME, &settings.variant)?, BUILT_IN_NAME.to_string())
     } else {
-        (load(Path::new(&settings.scene))?, settings.scene.clone())
+        (load_variant(Path::new(&settings.scene), &settings.variant)?, settings.scene.clone())
     };
     let say = |line: &str| {
         if !options.quiet {
@@ -42,6 +42,10 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     }
     let (intensity, irradiance) = settings.light_units.to_radiometric();
     asset.scale_lights(intensity, irradiance);
+    if settings.variant.is_empty() && !asset.summary.variants.is_empty() {
+        let names = asset.summary.variants.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        say(&format!("{name} is shown with its default materials; --variant chooses one of {names}"));
+    }
     let aspect = f64::from(settings.size.0) / f64::from(settings.size.1);
     let (camera, framed) = asset.camera(&settings.camera, aspect)?;
     if framed {
@@ -95,6 +99,9 @@ fn settings(options: &RenderOptions) -> Result<Settings, CliError> {
     }
     if let Some(camera) = &options.camera {
         settings.camera.clone_from(camera);
+    }
+    if let Some(variant) = &options.variant {
+        settings.variant.clone_from(variant);
     }
     if let Some(size) = options.size {
         settings.size = size;

@@ -415,7 +415,8 @@ impl Scene {
     pub fn emitted(&self, vertex: &Vertex, w: DVec3) -> Rgb {
         match vertex.kind {
             Kind::Surface if vertex.emits() => {
-                emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w)
+                let radiance = emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w);
+                radiance * vertex.interaction.emission_factor(w)
             }
             Kind::Surface | Kind::Camera => Rgb::ZERO,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
@@ -551,7 +552,7 @@ fn triangle_power(
     let [a, b, c] = world.triangle(instance, triangle);
     let area = (b - a).cross(c - a).length() * 0.5;
     let full = luminance(material.emission);
-    let radiance = if material.emission_texture.is_some() {
+    let radiance = if material.emission_varies() {
         let sum: f64 = (0..POWER_SAMPLES)
             .map(|i| {
                 let (u, v) = warp::uniform_triangle([

@@ -20,6 +20,8 @@ pub struct Settings {
     pub camera: String,
     /// What the numbers of point, spot and directional lights in the scene's file mean. Rendering itself does not read it.
     pub light_units: LightUnits,
+    /// Which variant of the materials (KHR_materials_variants), by name; empty for the scene's default.
+    pub variant: String,
     /// Width and height of the picture in pixels.
     pub size: (u32, u32),
     /// Reconstruction filter.
@@ -260,6 +262,7 @@ impl Default for Settings {
             method: Method::Mlt,
             camera: String::new(),
             light_units: LightUnits::Radiometric,
+            variant: String::new(),
             size: (384, 256),
             filter: FilterSettings::Box,
             seed: 0,

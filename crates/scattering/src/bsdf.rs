@@ -3,7 +3,7 @@
 use ergodic_geometry::Frame;
 use glam::DVec3;
 
-use crate::{Component, Lambert, Layered, Rgb};
+use crate::{Component, Extended, Lambert, Layered, Rgb};
 
 /// How a surface scatters at one point, in its shading frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,6 +12,8 @@ pub enum Bsdf {
     Lambert(Lambert),
     /// glTF's layered surface.
     Layered(Layered),
+    /// The same with a coat, a sheen and other effects.
+    Extended(Extended),
 }
 
 impl Bsdf {
@@ -24,6 +26,7 @@ impl Bsdf {
         match self {
             Self::Lambert(lambert) => component == Component::Rough && lambert.albedo != Rgb::ZERO,
             Self::Layered(layered) => layered.has(component),
+            Self::Extended(extended) => extended.has(component),
         }
     }
 
@@ -33,16 +36,18 @@ impl Bsdf {
         match self {
             Self::Lambert(_) => 1.0,
             Self::Layered(layered) => layered.index(DVec3::NEG_Z),
+            Self::Extended(extended) => extended.index_below(),
         }
     }
 
-    /// The density of a Dirac component in a direction with this cosine, without its selection probability.
+    /// The density of a Dirac component in direction `to`, without its selection probability.
     #[inline]
-    pub(crate) fn dirac_density(&self, component: Component, cos: f64) -> f64 {
+    pub(crate) fn dirac_density(&self, frame: &Frame, to: DVec3, component: Component) -> f64 {
         match self {
             Self::Layered(layered) if component != Component::Rough && layered.has(component) => {
-                layered.dirac_density(cos)
+                layered.dirac_density(to.dot(frame.n))
             }
+            Self::Extended(extended) => extended.dirac_density(frame.to_local(to), component),
             _ => 0.0,
         }
     }
@@ -53,6 +58,16 @@ impl Bsdf {
         match self {
             Self::Lambert(_) => false,
             Self::Layered(layered) => layered.is_solid(),
+            Self::Extended(extended) => extended.is_solid(),
+        }
+    }
+
+    /// The share of the emitted light that leaves along `w`.
+    #[inline]
+    pub(crate) fn emission_factor(&self, frame: &Frame, w: DVec3) -> f64 {
+        match self {
+            Self::Extended(extended) => extended.emission_factor(frame.to_local(w)),
+            Self::Lambert(_) | Self::Layered(_) => 1.0,
         }
     }
 
@@ -65,6 +80,7 @@ impl Bsdf {
             }
             Self::Lambert(_) => Rgb::ZERO,
             Self::Layered(layered) => layered.eval(frame.to_local(light), frame.to_local(eye), component),
+            Self::Extended(extended) => extended.eval(frame.to_local(light), frame.to_local(eye), component),
         }
     }
 
@@ -75,6 +91,7 @@ impl Bsdf {
             Self::Lambert(lambert) if component == Component::Rough => lambert.pdf(from.dot(frame.n), to.dot(frame.n)),
             Self::Lambert(_) => 0.0,
             Self::Layered(layered) => layered.pdf(frame.to_local(from), frame.to_local(to), component),
+            Self::Extended(extended) => extended.pdf(frame.to_local(from), frame.to_local(to), component),
         }
     }
 
@@ -88,6 +105,9 @@ impl Bsdf {
             Self::Layered(layered) => {
                 layered.sample(frame.to_local(from), u).map(|(to, component)| (frame.to_world(to), component))
             }
+            Self::Extended(extended) => {
+                extended.sample(frame.to_local(from), u).map(|(to, component)| (frame.to_world(to), component))
+            }
         }
     }
 
@@ -98,6 +118,9 @@ impl Bsdf {
             Self::Lambert(_) => None,
             Self::Layered(layered) => {
                 layered.dirac_direction(frame.to_local(from), component).map(|to| frame.to_world(to))
+            }
+            Self::Extended(extended) => {
+                extended.dirac_direction(frame.to_local(from), component).map(|to| frame.to_world(to))
             }
         }
     }

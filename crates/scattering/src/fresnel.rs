@@ -38,7 +38,7 @@ pub(crate) fn dielectric(cos_a: f64, n_a: f64, cos_b: f64, n_b: f64) -> f64 {
 
 /// Reflectance of a dielectric interface with the tints of KHR_materials_specular.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct DielectricFresnel {
+pub struct DielectricFresnel {
     /// Reflectance at normal incidence.
     pub f0: Rgb,
     /// Reflectance at grazing incidence.

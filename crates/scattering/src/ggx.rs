@@ -1,6 +1,8 @@
-//! The GGX (Trowbridge-Reitz) distribution of microfacet normals, isotropic, with Smith's masking and shadowing.
+//! The GGX (Trowbridge-Reitz) distribution of microfacet normals with Smith's masking and shadowing, for isotropic and
+//! anisotropic surfaces.
 //!
-//! Directions are local, on the side z > 0. Walter et al. 2007; Heitz 2014 (masking); Dupuy and Benyoub 2023 (sampling).
+//! Directions are local, on the side z > 0. Walter et al. 2007; Heitz 2014 (masking, anisotropy); Dupuy and Benyoub 2023
+//! (sampling).
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -11,38 +13,97 @@ use glam::DVec3;
 /// pixel sees, and the gain of drawing it by chance is nil.
 pub const SMOOTH_ALPHA: f64 = 1e-3;
 
-/// D(h) in 1/sr. Written with x^2 + y^2 instead of 1 - z^2, which would cancel for small alpha.
-#[inline]
-pub(crate) fn distribution(alpha: f64, h: DVec3) -> f64 {
-    let alpha2 = alpha * alpha;
-    let spread = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
-    FRAC_1_PI * alpha2 / (spread * spread)
+/// How rough a surface is: one alpha, or one along each axis of the local frame.
+pub trait Roughness: Copy {
+    /// Space stretched by the alphas along x and y, in which the surface is a hemisphere.
+    fn stretch(self, w: DVec3) -> DVec3;
+
+    /// D(h) in 1/sr. Written with x^2 + y^2 instead of 1 - z^2, which would cancel for small alpha.
+    fn distribution(self, h: DVec3) -> f64;
+
+    /// z (1 + 2 Lambda) of Smith's auxiliary function Lambda: the root sqrt(alpha^2 sin^2 + cos^2). It never vanishes with
+    /// z, so the forms made from it are finite at grazing directions.
+    fn root(self, w: DVec3) -> f64;
+
+    /// The largest alpha.
+    fn largest(self) -> f64;
 }
 
-/// z (1 + 2 Lambda) of Smith's auxiliary function Lambda: the root sqrt(alpha^2 sin^2 + cos^2). It never vanishes with
-/// z, so the forms made from it are finite at grazing directions.
-#[inline]
-pub(crate) fn root(alpha: f64, w: DVec3) -> f64 {
-    (alpha * alpha * (w.x * w.x + w.y * w.y) + w.z * w.z).sqrt()
+impl Roughness for f64 {
+    #[inline]
+    fn stretch(self, w: DVec3) -> DVec3 {
+        DVec3::new(self * w.x, self * w.y, w.z)
+    }
+
+    #[inline]
+    fn distribution(self, h: DVec3) -> f64 {
+        let alpha2 = self * self;
+        let spread = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
+        FRAC_1_PI * alpha2 / (spread * spread)
+    }
+
+    #[inline]
+    fn root(self, w: DVec3) -> f64 {
+        (self * self * (w.x * w.x + w.y * w.y) + w.z * w.z).sqrt()
+    }
+
+    #[inline]
+    fn largest(self) -> f64 {
+        self
+    }
+}
+
+/// Different alphas along local x and y (KHR_materials_anisotropy).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anisotropic {
+    /// Alpha along x.
+    pub x: f64,
+    /// Alpha along y.
+    pub y: f64,
+}
+
+impl Roughness for Anisotropic {
+    #[inline]
+    fn stretch(self, w: DVec3) -> DVec3 {
+        DVec3::new(self.x * w.x, self.y * w.y, w.z)
+    }
+
+    #[inline]
+    fn distribution(self, h: DVec3) -> f64 {
+        let product = self.x * self.y;
+        let spread = DVec3::new(self.y * h.x, self.x * h.y, product * h.z).length_squared();
+        let ratio = product / spread;
+        FRAC_1_PI * product * ratio * ratio
+    }
+
+    #[inline]
+    fn root(self, w: DVec3) -> f64 {
+        self.stretch(w).length()
+    }
+
+    #[inline]
+    fn largest(self) -> f64 {
+        self.x.max(self.y)
+    }
 }
 
 /// G1(w) / |w.z|, with G1 = 2 / (1 + sqrt(1 + alpha^2 tan^2)).
 #[inline]
-pub(crate) fn masking_over_cosine(alpha: f64, w: DVec3) -> f64 {
-    2.0 / (w.z.abs() + root(alpha, w))
+pub(crate) fn masking_over_cosine(alpha: impl Roughness, w: DVec3) -> f64 {
+    2.0 / (w.z.abs() + alpha.root(w))
 }
 
 /// G2(a, b) / (4 |a.z| |b.z|) for two directions on one side, masking and shadowing correlated by height
 /// (Heitz 2014, eq. 99).
 #[inline]
-pub(crate) fn visibility(alpha: f64, a: DVec3, b: DVec3) -> f64 {
-    0.5 / (a.z.abs() * root(alpha, b) + b.z.abs() * root(alpha, a))
+pub(crate) fn visibility(alpha: impl Roughness, a: DVec3, b: DVec3) -> f64 {
+    0.5 / (a.z.abs() * alpha.root(b) + b.z.abs() * alpha.root(a))
 }
 
 /// Density in 1/sr of [`sample_visible`], divided by w·h: G1(w) D(h) / w.z.
 #[inline]
-pub(crate) fn visible_over_cosine(alpha: f64, w: DVec3, h: DVec3) -> f64 {
-    masking_over_cosine(alpha, w) * distribution(alpha, h)
+pub(crate) fn visible_over_cosine(alpha: impl Roughness, w: DVec3, h: DVec3) -> f64 {
+    masking_over_cosine(alpha, w) * alpha.distribution(h)
 }
 
 /// A microfacet normal as seen from `w`, with density G1(w) max(0, w·h) D(h) / w.z.
@@ -50,15 +111,15 @@ pub(crate) fn visible_over_cosine(alpha: f64, w: DVec3, h: DVec3) -> f64 {
 /// Stretching space by alpha turns the surface into hemispheres. Mirror directions of parallel rays off a sphere's visible
 /// half are uniform over a spherical cap, z in (-w.z, 1]; the normal is half way between `w` and such a direction.
 #[inline]
-pub(crate) fn sample_visible(alpha: f64, w: DVec3, u: [f64; 2]) -> DVec3 {
-    let w = DVec3::new(alpha * w.x, alpha * w.y, w.z).normalize();
+pub(crate) fn sample_visible(alpha: impl Roughness, w: DVec3, u: [f64; 2]) -> DVec3 {
+    let w = alpha.stretch(w).normalize();
     // 1 + z and 1 - z of the cap's point, z = (1 - u)(1 + w.z) - w.z, without cancellation.
     let above = (1.0 - w.z) + (1.0 - u[0]) * (1.0 + w.z);
     let below = u[0] * (1.0 + w.z);
     let radius = (above * below).max(0.0).sqrt();
     let (sin, cos) = sin_cos_turns(u[1]);
     let half = DVec3::new(radius * cos + w.x, radius * sin + w.y, (1.0 - u[0]) * (1.0 + w.z));
-    DVec3::new(alpha * half.x, alpha * half.y, half.z).normalize()
+    alpha.stretch(half).normalize()
 }
 
 #[cfg(test)]
@@ -95,7 +156,7 @@ mod tests {
                 let (sin, cos) = theta.sin_cos();
                 let h = (DVec3::new(sin * 0.6, sin * 0.8, cos) * 1.7).normalize();
                 let exact = reference(alpha, theta);
-                worst = worst.max((distribution(alpha, h) / exact - 1.0).abs());
+                worst = worst.max((alpha.distribution(h) / exact - 1.0).abs());
                 worst_of_fault = worst_of_fault.max((through_the_cosine(alpha, h) / exact - 1.0).abs());
             }
         }
@@ -114,7 +175,7 @@ mod tests {
                     let (x, dx) = (s / (1.0 - s), 1.0 / ((1.0 - s) * (1.0 - s)));
                     let theta = (alpha * x).atan();
                     let (sin, cos) = theta.sin_cos();
-                    let d = distribution(alpha, DVec3::new(sin, 0.0, cos));
+                    let d = alpha.distribution(DVec3::new(sin, 0.0, cos));
                     TAU * d * cos * sin * (cos * cos * alpha * dx) / f64::from(n)
                 })
                 .sum();
@@ -141,5 +202,37 @@ mod tests {
             let integral = sum * 0.5 * std::f64::consts::PI / f64::from(n) * TAU / 400.0;
             assert!((integral - 1.0).abs() < 1e-4, "{alpha} {cos}: {integral}");
         }
+    }
+
+    #[test]
+    fn equal_alphas_make_the_isotropic_distribution() {
+        let w = DVec3::new(0.48, -0.36, 0.8);
+        for alpha in [1.0, 0.2, 1e-3] {
+            let both = Anisotropic { x: alpha, y: alpha };
+            assert!((both.distribution(w) / alpha.distribution(w) - 1.0).abs() < 1e-12);
+            assert!((both.root(w) / alpha.root(w) - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_anisotropic_distribution_is_normalised_and_longer_along_its_rougher_axis() {
+        let surface = Anisotropic { x: 0.6, y: 0.15 };
+        let n = 1000;
+        let mut sum = 0.0;
+        for i in 0..n {
+            // In the slopes' plane, stretched to the unit circle: r = s / (1 - s).
+            let s = (f64::from(i) + 0.5) / f64::from(n);
+            let (r, dr) = (s / (1.0 - s), 1.0 / ((1.0 - s) * (1.0 - s)));
+            for j in 0..200 {
+                let (sin, cos) = ((f64::from(j) + 0.5) / 200.0 * TAU).sin_cos();
+                let h = DVec3::new(surface.x * r * cos, surface.y * r * sin, 1.0).normalize();
+                // D cos dw = D cos^4 d(slopes).
+                sum += surface.distribution(h) * h.z.powi(4) * surface.x * surface.y * r * dr;
+            }
+        }
+        let integral = sum * TAU / (f64::from(n) * 200.0);
+        assert!((integral - 1.0).abs() < 1e-4, "{integral}");
+        let tilted = |x: f64, y: f64| surface.distribution(DVec3::new(x, y, 0.8));
+        assert!(tilted(0.6, 0.0) > 10.0 * tilted(0.0, 0.6));
     }
 }

@@ -15,6 +15,8 @@ use crate::{Bsdf, Rgb};
 ///
 /// which conservation of étendue makes the same for both directions. So, with R or T the share of power,
 /// eval = R n_eye^2 |w_light·Ns| / |w_light·Ng| and pdf = P(component | w_from) |w_to·Ns| n_to^2.
+///
+/// Where the only mirror is a coat with a normal Nc of its own, Nc stands for Ns in all of this.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Component {
     /// All lobes that are not Dirac together.
@@ -57,8 +59,9 @@ impl Interaction {
 
     /// The scattering function f_s(light -> eye) in 1/sr for radiance, times |w_light·Ns| / |w_light·Ng|, so that the
     /// cosines of the path's geometric terms are those of `ng` alone (Veach 1997, section 5.3.2). Obeys
-    /// f(a -> b) / n_b^2 = f(b -> a) / n_a^2 without that factor (Veach, eq. 5.14). For a Dirac component see
-    /// [`Component`]: the directions must obey the law of reflection or refraction.
+    /// f(a -> b) / n_b^2 = f(b -> a) / n_a^2 without that factor (Veach, eq. 5.14), which for the lobe of a coat with a
+    /// normal of its own is |w_light·Nc| / |w_light·Ng|. For a Dirac component see [`Component`]: the directions must obey
+    /// the law of reflection or refraction.
     #[inline]
     pub fn eval(&self, w_light: DVec3, w_eye: DVec3, component: Component) -> Rgb {
         if !self.accepts(w_light) || !self.accepts(w_eye) {
@@ -112,10 +115,17 @@ impl Interaction {
             }
     }
 
-    /// The density of a Dirac component without its selection probability: |w_to·Ns| n_to^2. 0 if there is none.
+    /// The density of a Dirac component without its selection probability: |w_to·Ns| n_to^2 (see [`Component`]). 0 if
+    /// there is none.
     #[inline]
     pub fn dirac_density(&self, w_to: DVec3, component: Component) -> f64 {
-        self.bsdf.dirac_density(component, w_to.dot(self.frame.n))
+        self.bsdf.dirac_density(&self.frame, w_to, component)
+    }
+
+    /// The share of what is emitted here that leaves along `w`: a coat takes some.
+    #[inline]
+    pub fn emission_factor(&self, w: DVec3) -> f64 {
+        self.bsdf.emission_factor(&self.frame, w)
     }
 
     /// Whether any lobe here is not Dirac.

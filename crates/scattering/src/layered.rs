@@ -9,12 +9,17 @@
 //! | diffuse | (1 - m) (1 - t) (1 - max F) base |
 //! | transmission | (1 - m) t (1 - max F) base |
 //!
+//! What only some materials have (a thin film, diffuse transmission, different roughness along two axes) is in the type
+//! parameters, so that the common surface, `Layered<f64, Plain>`, does not pay for it.
+//!
 //! Local directions: z is the cosine with the shading normal, z < 0 the other side. Solids have a medium of index `ior`
 //! there; every other surface is the same from both sides.
 
 use glam::DVec3;
 
-use crate::fresnel::{self, DielectricFresnel};
+use crate::effects::{Effects, Plain};
+use crate::fresnel::DielectricFresnel;
+use crate::ggx::Roughness;
 use crate::interaction::Component;
 use crate::{Rgb, SMOOTH_ALPHA, dirac, lambert, luminance};
 use crate::{microfacet_reflection, microfacet_refraction, thin_transmission};
@@ -24,7 +29,7 @@ use crate::{microfacet_reflection, microfacet_refraction, thin_transmission};
 const INDEX_MATCHED: f64 = 1e-3;
 
 /// Lobes that vary over the microfacets are chosen with at least this share of their largest reflectance.
-const SELECTION_FLOOR: f64 = 0.05;
+pub(crate) const SELECTION_FLOOR: f64 = 0.05;
 
 /// What makes a [`Layered`] surface, after textures.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +59,7 @@ pub struct Parameters {
 enum Lobe {
     Absent,
     Diffuse,
+    DiffuseTransmission,
     RoughReflection,
     MirrorReflection,
     RoughRefraction,
@@ -67,7 +73,11 @@ impl Lobe {
     fn component(self) -> Option<Component> {
         match self {
             Self::Absent => None,
-            Self::Diffuse | Self::RoughReflection | Self::RoughRefraction | Self::RoughThin => Some(Component::Rough),
+            Self::Diffuse
+            | Self::DiffuseTransmission
+            | Self::RoughReflection
+            | Self::RoughRefraction
+            | Self::RoughThin => Some(Component::Rough),
             Self::MirrorReflection => Some(Component::DiracReflection),
             Self::SmoothRefraction | Self::StraightThin => Some(Component::DiracTransmission),
         }
@@ -76,33 +86,76 @@ impl Lobe {
 
 /// The layered surface at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layered {
+pub struct Layered<R = f64, E = Plain> {
     base: Rgb,
     dielectric: DielectricFresnel,
     metallic: f64,
     transmission: f64,
-    alpha: f64,
+    alpha: R,
+    effects: E,
     solid: bool,
     diffuse: Lobe,
+    translucent: Lobe,
     reflection: Lobe,
     transmitted: Lobe,
 }
 
-/// Probabilities of choosing each lobe.
+/// Weights or probabilities of choosing each lobe.
 #[derive(Clone, Copy)]
-struct Selection {
+pub(crate) struct Selection {
     diffuse: f64,
+    translucent: f64,
     reflection: f64,
     transmitted: f64,
+}
+
+impl Selection {
+    /// The sum of the weights: about the share of the light that is scattered.
+    #[inline]
+    pub(crate) fn sum(&self) -> f64 {
+        self.diffuse + self.reflection + self.transmitted + self.translucent
+    }
+
+    /// Weights made probabilities.
+    #[inline]
+    pub(crate) fn normalized(&self) -> Self {
+        let sum = self.sum();
+        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
+        Self {
+            diffuse: self.diffuse * scale,
+            translucent: self.translucent * scale,
+            reflection: self.reflection * scale,
+            transmitted: self.transmitted * scale,
+        }
+    }
 }
 
 impl Layered {
     /// The surface with these parameters.
     pub fn new(p: &Parameters) -> Self {
+        Self::with(p, p.alpha.clamp(0.0, 1.0), Plain)
+    }
+}
+
+impl<R: Roughness, E: Effects> Layered<R, E> {
+    /// The surface with these parameters, but for the roughness, which is `alpha`, and with `effects`.
+    pub(crate) fn with(p: &Parameters, alpha: R, effects: E) -> Self {
         let dielectric = DielectricFresnel::new(p.ior, p.specular, p.specular_color, p.transmissive);
-        let smooth = p.alpha < SMOOTH_ALPHA;
+        let smooth = alpha.largest() < SMOOTH_ALPHA;
         let under = p.metallic < 1.0 && p.base != Rgb::ZERO;
-        let reflection = if p.metallic == 0.0 && dielectric.is_zero() {
+        let (translucency, translucent_color) = effects.diffuse_transmission();
+        let translucent = E::TRANSLUCENT
+            && translucency > 0.0
+            && translucent_color != Rgb::ZERO
+            && p.metallic < 1.0
+            && p.transmission < 1.0;
+        let diffuse = if E::TRANSLUCENT {
+            // In a solid, what cannot get out is reflected.
+            translucent && p.solid || under && p.transmission < 1.0 && translucency < 1.0
+        } else {
+            under && p.transmission < 1.0
+        };
+        let reflection = if p.metallic == 0.0 && dielectric.is_zero() && !effects.has_film() {
             Lobe::Absent
         } else if smooth {
             Lobe::MirrorReflection
@@ -121,9 +174,11 @@ impl Layered {
             dielectric,
             metallic: p.metallic,
             transmission: p.transmission,
-            alpha: p.alpha.clamp(0.0, 1.0),
+            alpha,
+            effects,
             solid: p.solid,
-            diffuse: if under && p.transmission < 1.0 { Lobe::Diffuse } else { Lobe::Absent },
+            diffuse: if diffuse { Lobe::Diffuse } else { Lobe::Absent },
+            translucent: if translucent { Lobe::DiffuseTransmission } else { Lobe::Absent },
             reflection,
             transmitted,
         }
@@ -131,14 +186,15 @@ impl Layered {
 
     /// Whether a medium of its own index lies below.
     #[inline]
-    pub fn is_solid(&self) -> bool {
+    pub(crate) fn is_solid(&self) -> bool {
         self.solid
     }
 
     /// Whether any lobe belongs to `component`.
     #[inline]
-    pub fn has(&self, component: Component) -> bool {
+    pub(crate) fn has(&self, component: Component) -> bool {
         [self.diffuse, self.reflection, self.transmitted].iter().any(|lobe| lobe.component() == Some(component))
+            || (E::TRANSLUCENT && self.translucent.component() == Some(component))
     }
 
     /// Whether `w` lies in the medium below.
@@ -149,7 +205,7 @@ impl Layered {
 
     /// Index of refraction of the medium that `w` lies in.
     #[inline]
-    pub fn index(&self, w: DVec3) -> f64 {
+    pub(crate) fn index(&self, w: DVec3) -> f64 {
         if self.is_inside(w) { self.dielectric.ior } else { 1.0 }
     }
 
@@ -160,13 +216,49 @@ impl Layered {
         if self.metallic == 0.0 || inside {
             return outer;
         }
-        outer + self.base.lerp(Rgb::ONE, fresnel::schlick_weight(cos)) * self.metallic
+        outer + self.effects.conductor(self.base, cos) * self.metallic
+    }
+
+    /// The dielectric's reflectance for a ray at cosine `cos` with its facet.
+    #[inline]
+    fn dielectric_at(&self, cos: f64, inside: bool) -> Rgb {
+        self.effects.dielectric(&self.dielectric, cos, inside)
+    }
+
+    /// Whether the diffuse lobe scatters light on this side: inside a solid only if light gets there diffusely.
+    #[inline]
+    fn has_diffuse(&self, inside: bool) -> bool {
+        self.diffuse == Lobe::Diffuse && (!inside || (E::TRANSLUCENT && self.translucent != Lobe::Absent))
     }
 
     /// Factor of the diffuse lobe.
     #[inline]
-    fn diffuse_factor(&self, dielectric: Rgb) -> Rgb {
-        self.base * ((1.0 - self.metallic) * (1.0 - self.transmission) * through(dielectric))
+    fn diffuse_factor(&self, dielectric: Rgb, inside: bool) -> Rgb {
+        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * through(dielectric);
+        if !E::TRANSLUCENT {
+            return self.base * under;
+        }
+        let (share, color) = self.effects.diffuse_transmission();
+        (self.base * (1.0 - share) + color * (share * (1.0 - self.escaping(inside)))) * under
+    }
+
+    /// The share of what is to be transmitted diffusely that gets across from this side. Radiance from all directions
+    /// fills n^2 times as much étendue where the index is n; what does not fit is reflected.
+    #[inline]
+    fn escaping(&self, inside: bool) -> f64 {
+        if !self.solid {
+            return 1.0;
+        }
+        let n2 = self.dielectric.ior * self.dielectric.ior;
+        (if inside { 1.0 / n2 } else { n2 }).min(1.0)
+    }
+
+    /// Factor of diffuse transmission from this side; `dielectric` is the reflectance for the mirrored pair.
+    #[inline]
+    fn translucent_factor(&self, dielectric: Rgb, from_inside: bool) -> Rgb {
+        let (share, color) = self.effects.diffuse_transmission();
+        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * through(dielectric);
+        color * (under * share * self.escaping(from_inside))
     }
 
     /// Factor of the transmission lobe.
@@ -175,25 +267,36 @@ impl Layered {
         self.base * ((1.0 - self.metallic) * self.transmission * through(dielectric))
     }
 
-    /// The probabilities of choosing each lobe, for light from `w`: the one place where they are made. Near enough to the
+    /// The weights of choosing each lobe, for light from `w`: the one place where they are made. Near enough to the
     /// lobes' albedos, and above 0 wherever the lobe is.
     #[inline]
-    fn selection(&self, w: DVec3) -> Selection {
+    pub(crate) fn weights(&self, w: DVec3) -> Selection {
         let inside = self.is_inside(w);
         let cos = w.z.abs();
         // Rough facets are on average met less obliquely than the surface: at grazing incidence at a cosine of about
         // 2 alpha while alpha is small.
-        let softened = cos + (1.0 - cos) * (1.0 - cos) * self.alpha / (self.alpha + 0.5);
-        let at = |cos: f64| self.dielectric.at(cos, inside);
+        let alpha = self.alpha.largest();
+        let softened = cos + (1.0 - cos) * (1.0 - cos) * alpha / (alpha + 0.5);
+        let at = |cos: f64| self.dielectric_at(cos, inside);
         let floored = |factor: Rgb, largest: f64| luminance(factor).max(SELECTION_FLOOR * largest);
         let under = luminance(self.base) * (1.0 - self.metallic);
-        let diffuse = match self.diffuse {
-            Lobe::Diffuse if !inside => {
-                // The light that comes back along the normal stands for all of it.
-                let half = (0.5 * (1.0 + cos)).sqrt();
-                floored(self.diffuse_factor(at(half)), under * (1.0 - self.transmission))
-            }
-            _ => 0.0,
+        // The light that comes back along the normal stands for all of it.
+        let half = || (0.5 * (1.0 + cos)).sqrt();
+        let diffuse = if self.has_diffuse(inside) {
+            let largest = if E::TRANSLUCENT {
+                luminance(self.diffuse_factor(Rgb::ZERO, inside))
+            } else {
+                under * (1.0 - self.transmission)
+            };
+            floored(self.diffuse_factor(at(half()), inside), largest)
+        } else {
+            0.0
+        };
+        let translucent = if E::TRANSLUCENT && self.translucent != Lobe::Absent {
+            let largest = luminance(self.translucent_factor(Rgb::ZERO, inside));
+            floored(self.translucent_factor(self.dielectric_at(half(), self.solid), inside), largest)
+        } else {
+            0.0
         };
         let reflection = match self.reflection {
             Lobe::Absent => 0.0,
@@ -208,9 +311,13 @@ impl Layered {
             Lobe::SmoothRefraction | Lobe::StraightThin => luminance(self.transmittance(at(cos))),
             _ => floored(self.transmittance(at(softened)), under * self.transmission),
         };
-        let sum = diffuse + reflection + transmitted;
-        let scale = if sum > 0.0 { 1.0 / sum } else { 0.0 };
-        Selection { diffuse: diffuse * scale, reflection: reflection * scale, transmitted: transmitted * scale }
+        Selection { diffuse, translucent, reflection, transmitted }
+    }
+
+    /// The probabilities of choosing each lobe, for light from `w`.
+    #[inline]
+    fn selection(&self, w: DVec3) -> Selection {
+        self.weights(w).normalized()
     }
 
     /// The scattering function in 1/sr from `light` to `eye`; the coefficient times n_eye^2 for a Dirac component.
@@ -224,15 +331,15 @@ impl Layered {
             Component::DiracReflection if same_side && self.reflection == Lobe::MirrorReflection => {
                 let n = self.index(eye);
                 let cos = eye.z.abs();
-                self.reflectance(cos, self.dielectric.at(cos, inside), inside) * (n * n)
+                self.reflectance(cos, self.dielectric_at(cos, inside), inside) * (n * n)
             }
             Component::DiracTransmission if !same_side => match self.transmitted {
                 Lobe::SmoothRefraction => {
                     let n = self.index(eye);
                     let (outside, below) = if inside { (light.z, -eye.z) } else { (eye.z, -light.z) };
-                    self.transmittance(self.dielectric.across(outside, below)) * (n * n)
+                    self.transmittance(self.effects.across(&self.dielectric, outside, below)) * (n * n)
                 }
-                Lobe::StraightThin => self.transmittance(self.dielectric.at(eye.z.abs(), false)),
+                Lobe::StraightThin => self.transmittance(self.dielectric_at(eye.z.abs(), false)),
                 _ => Rgb::ZERO,
             },
             _ => Rgb::ZERO,
@@ -245,10 +352,10 @@ impl Layered {
         let length = sum.length();
         // The cosine with the half vector, the same from both directions to the last bit.
         let cos = 0.5 * length;
-        let dielectric = self.dielectric.at(cos, inside);
+        let dielectric = self.dielectric_at(cos, inside);
         let mut f = Rgb::ZERO;
-        if self.diffuse == Lobe::Diffuse && !inside {
-            f += lambert::value(self.diffuse_factor(dielectric));
+        if self.has_diffuse(inside) {
+            f += lambert::value(self.diffuse_factor(dielectric, inside));
         }
         if self.reflection == Lobe::RoughReflection {
             let lobe = microfacet_reflection::value(self.alpha, light, eye, sum / length);
@@ -259,6 +366,23 @@ impl Layered {
 
     #[inline]
     fn eval_transmitted(&self, light: DVec3, eye: DVec3, inside: bool) -> Rgb {
+        let specular = self.eval_transmitted_specularly(light, eye, inside);
+        if E::TRANSLUCENT && self.translucent != Lobe::Absent {
+            return specular + self.eval_translucent(light, eye);
+        }
+        specular
+    }
+
+    /// The diffuse transmission. Its Fresnel factor is that of the pair with one direction mirrored to the other's side,
+    /// as for the thin wall, so that it is the same both ways.
+    #[inline]
+    fn eval_translucent(&self, light: DVec3, eye: DVec3) -> Rgb {
+        let cos = 0.5 * (thin_transmission::mirrored(light) + eye).length();
+        lambert::value(self.translucent_factor(self.dielectric_at(cos, self.solid), self.is_inside(light)))
+    }
+
+    #[inline]
+    fn eval_transmitted_specularly(&self, light: DVec3, eye: DVec3, inside: bool) -> Rgb {
         match self.transmitted {
             Lobe::RoughRefraction => {
                 let (n_light, n_eye) = (self.index(light), self.index(eye));
@@ -267,14 +391,14 @@ impl Layered {
                 };
                 let (outside, below) = if inside { (facet.cos_a, facet.cos_b) } else { (facet.cos_b, facet.cos_a) };
                 let symmetric = microfacet_refraction::value(self.alpha, light, eye, &facet);
-                self.transmittance(self.dielectric.across(outside, below)) * (symmetric * n_eye * n_eye)
+                self.transmittance(self.effects.across(&self.dielectric, outside, below)) * (symmetric * n_eye * n_eye)
             }
             Lobe::RoughThin => {
                 let light = thin_transmission::mirrored(light);
                 let sum = light + eye;
                 let length = sum.length();
                 let lobe = microfacet_reflection::value(self.alpha, light, eye, sum / length);
-                self.transmittance(self.dielectric.at(0.5 * length, false)) * lobe
+                self.transmittance(self.dielectric_at(0.5 * length, false)) * lobe
             }
             _ => Rgb::ZERO,
         }
@@ -283,7 +407,12 @@ impl Layered {
     /// Density of sampling `to` given `from`, with the probability of choosing the component; see [`Component`] for Dirac.
     #[inline]
     pub(crate) fn pdf(&self, from: DVec3, to: DVec3, component: Component) -> f64 {
-        let selection = self.selection(from);
+        self.pdf_with(&self.selection(from), from, to, component)
+    }
+
+    /// [`Self::pdf`] with given probabilities of the lobes.
+    #[inline]
+    pub(crate) fn pdf_with(&self, selection: &Selection, from: DVec3, to: DVec3, component: Component) -> f64 {
         let same_side = from.z * to.z > 0.0;
         match component {
             Component::Rough if same_side => {
@@ -299,24 +428,36 @@ impl Layered {
                 }
                 pdf
             }
-            Component::Rough => match self.transmitted {
-                Lobe::RoughRefraction => {
-                    let (n_from, n_to) = (self.index(from), self.index(to));
-                    microfacet_refraction::facet(from, n_from, to, n_to).map_or(0.0, |facet| {
-                        selection.transmitted * microfacet_refraction::pdf(self.alpha, from, n_to, &facet)
-                    })
+            Component::Rough => {
+                let specular = self.pdf_transmitted_specularly(selection, from, to);
+                if E::TRANSLUCENT && self.translucent != Lobe::Absent {
+                    return specular + selection.translucent * lambert::pdf(DVec3::new(to.x, to.y, to.z.abs()));
                 }
-                Lobe::RoughThin => {
-                    let h = (from + thin_transmission::mirrored(to)).normalize();
-                    selection.transmitted * microfacet_reflection::pdf(self.alpha, from, h)
-                }
-                _ => 0.0,
-            },
+                specular
+            }
             Component::DiracReflection if same_side && self.reflection.component() == Some(component) => {
                 selection.reflection * self.dirac_density(to.z)
             }
             Component::DiracTransmission if !same_side && self.transmitted.component() == Some(component) => {
                 selection.transmitted * self.dirac_density(to.z)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Density of drawing `to` on the other side by the transmission lobe.
+    #[inline]
+    fn pdf_transmitted_specularly(&self, selection: &Selection, from: DVec3, to: DVec3) -> f64 {
+        match self.transmitted {
+            Lobe::RoughRefraction => {
+                let (n_from, n_to) = (self.index(from), self.index(to));
+                microfacet_refraction::facet(from, n_from, to, n_to).map_or(0.0, |facet| {
+                    selection.transmitted * microfacet_refraction::pdf(self.alpha, from, n_to, &facet)
+                })
+            }
+            Lobe::RoughThin => {
+                let h = (from + thin_transmission::mirrored(to)).normalize();
+                selection.transmitted * microfacet_reflection::pdf(self.alpha, from, h)
             }
             _ => 0.0,
         }
@@ -332,9 +473,11 @@ impl Layered {
     /// The lobe that `u` in [0, 1) chooses with the probabilities of [`Self::selection`].
     #[inline]
     fn choose(&self, selection: &Selection, u: f64) -> Lobe {
-        let Selection { diffuse, reflection, transmitted } = *selection;
+        let Selection { diffuse, translucent, reflection, transmitted } = *selection;
         // The last lobe that can be chosen takes what rounding leaves.
-        if transmitted > 0.0 && u >= diffuse + reflection {
+        if E::TRANSLUCENT && translucent > 0.0 && u >= diffuse + reflection + transmitted {
+            self.translucent
+        } else if transmitted > 0.0 && u >= diffuse + reflection {
             self.transmitted
         } else if reflection > 0.0 && u >= diffuse {
             self.reflection
@@ -348,7 +491,13 @@ impl Layered {
     /// A direction drawn with [`Self::pdf`]; may come out on the wrong side, where the density is 0.
     #[inline]
     pub(crate) fn sample(&self, from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
-        let lobe = self.choose(&self.selection(from), u[0]);
+        self.sample_with(&self.selection(from), from, u)
+    }
+
+    /// [`Self::sample`] with given probabilities of the lobes.
+    #[inline]
+    pub(crate) fn sample_with(&self, selection: &Selection, from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
+        let lobe = self.choose(selection, u[0]);
         let component = lobe.component()?;
         if component != Component::Rough {
             return self.dirac_direction(from, component).map(|to| (to, component));
@@ -357,6 +506,7 @@ impl Layered {
         let rest = [u[1], u[2]];
         let to = match lobe {
             Lobe::Diffuse => Some(lambert::sample(rest)),
+            Lobe::DiffuseTransmission => Some(thin_transmission::mirrored(lambert::sample(rest))),
             Lobe::RoughRefraction => {
                 let eta = self.index(from) / self.index(-from);
                 microfacet_refraction::sample(self.alpha, eta, up, rest).filter(|to| to.z < 0.0)

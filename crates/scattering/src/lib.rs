@@ -3,13 +3,17 @@
 //! Every lobe is a file with three free-standing functions (value, density, sample); [`Bsdf`] dispatches to them. All
 //! directions point away from the surface and are unit vectors. Nothing here allocates or knows about paths.
 
+mod albedo_table;
 mod alias;
 mod bsdf;
 mod camera;
+mod coat;
 mod color;
 mod dirac;
+mod effects;
 pub mod emission;
 mod environment;
+mod extended;
 mod filter;
 mod fresnel;
 mod ggx;
@@ -17,11 +21,15 @@ mod interaction;
 mod lambert;
 mod layered;
 mod material;
+mod material_layers;
 mod microfacet_reflection;
 mod microfacet_refraction;
 mod normal_map;
+mod packed;
 mod punctual;
+mod sheen;
 mod texture;
+mod thin_film;
 mod thin_transmission;
 pub mod warp;
 
@@ -29,12 +37,16 @@ pub use alias::AliasTable;
 pub use bsdf::Bsdf;
 pub use camera::Camera;
 pub use color::{Rgb, luminance};
+pub use effects::Plain;
 pub use environment::Environment;
+pub use extended::{Extended, ExtendedParameters};
 pub use filter::{Filter, FilterKernel};
 pub use ggx::SMOOTH_ALPHA;
 pub use interaction::{Component, Interaction};
 pub use lambert::Lambert;
+use layered::SELECTION_FLOOR;
 pub use layered::{Layered, Parameters};
-pub use material::Material;
+pub use material::{Material, SpecularGlossiness};
+pub use material_layers::MaterialLayers;
 pub use punctual::PunctualLight;
 pub use texture::{Interpolation, Texels, Texture, TextureUse, Wrap};

@@ -4,7 +4,9 @@
 use ergodic_geometry::{Frame, Surface};
 use glam::DVec4;
 
-use crate::{Bsdf, Interaction, Lambert, Layered, Parameters, Rgb, Texture, TextureUse, normal_map};
+use crate::{
+    Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Parameters, Rgb, Texture, TextureUse, normal_map,
+};
 
 /// A material. Colours are linear. Defaults are glTF's.
 #[derive(Clone, Debug)]
@@ -50,6 +52,22 @@ pub struct Material {
     pub absorption: Rgb,
     /// Whether emission leaves both faces.
     pub double_sided: bool,
+    /// Coat, sheen and the like; `None` for the many materials that have nothing of it.
+    pub layers: Option<Box<MaterialLayers>>,
+    /// KHR_materials_pbrSpecularGlossiness: the base colour is its diffuse colour and the specular colour its specular
+    /// one, with an index of 0 and no metal; this has the rest.
+    pub specular_glossiness: Option<SpecularGlossiness>,
+    /// KHR_materials_unlit: the emission is what was the base colour, and takes the mesh's colour as that would.
+    pub unlit: bool,
+}
+
+/// What KHR_materials_pbrSpecularGlossiness has in place of roughness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpecularGlossiness {
+    /// glossinessFactor: 1 - roughness.
+    pub glossiness: f64,
+    /// specularGlossinessTexture: specular colour in RGB, glossiness in A.
+    pub texture: Option<TextureUse>,
 }
 
 impl Default for Material {
@@ -75,6 +93,9 @@ impl Default for Material {
             solid: false,
             absorption: Rgb::ZERO,
             double_sided: false,
+            layers: None,
+            specular_glossiness: None,
+            unlit: false,
         }
     }
 }
@@ -83,7 +104,13 @@ impl Material {
     /// Whether the surface bounds a refracting solid: it has a volume, and some light can get in.
     #[inline]
     pub fn is_solid(&self) -> bool {
-        self.solid && self.is_transmissive()
+        self.solid && (self.is_transmissive() || self.is_translucent())
+    }
+
+    /// Whether light can pass diffusely anywhere on the surface.
+    #[inline]
+    fn is_translucent(&self) -> bool {
+        self.layers.as_ref().is_some_and(|layers| layers.diffuse_transmission > 0.0) && self.metallic_is_below_one()
     }
 
     /// Whether light can pass anywhere on the surface. An index of 0 stands for a perfect reflector (KHR_materials_ior).
@@ -97,6 +124,12 @@ impl Material {
         self.metallic < 1.0 || self.metallic_roughness_texture.is_some()
     }
 
+    /// The set of texture coordinates along which tangents are needed, if a normal map or an effect needs any.
+    pub fn tangent_texcoord(&self) -> Option<usize> {
+        let base = self.normal_texture.as_ref().map(|texture| texture.texcoord);
+        base.or_else(|| self.layers.as_ref()?.tangent_texcoord())
+    }
+
     /// The scattering at every point of a surface with this material, if no texture changes it; for white vertex colours.
     pub fn constant_bsdf(&self) -> Option<Bsdf> {
         let textures = [
@@ -106,8 +139,17 @@ impl Material {
             &self.specular_texture,
             &self.specular_color_texture,
             &self.transmission_texture,
+            &self.specular_glossiness.and_then(|specular| specular.texture),
         ];
-        textures.iter().all(|texture| texture.is_none()).then(|| self.bsdf(Rgb::ONE, |_| None))
+        if textures.iter().any(|texture| texture.is_some()) {
+            return None;
+        }
+        let base = self.parameters(Rgb::ONE, |_| None);
+        let Some(layers) = &self.layers else { return Some(self.bsdf(&base)) };
+        let effects = layers.effects(&|_| None);
+        layers.is_constant().then(|| {
+            if effects.has_effect() { Bsdf::Extended(Extended::new(&base, &effects)) } else { self.bsdf(&base) }
+        })
     }
 
     /// The scattering at a point of a surface whose normal is the mesh's, by a material's [`Self::constant_bsdf`].
@@ -124,12 +166,28 @@ impl Material {
             Some(texel) => normal_map::apply(surface, texel, self.normal_scale),
             None => normal_map::keep_above(surface.ns, surface.ng),
         };
-        let bsdf = self.bsdf(surface.color.truncate(), read);
-        Interaction { frame: Frame::from_normal(ns), ng: surface.ng, bsdf }
+        let base = self.parameters(surface.color.truncate(), read);
+        if let Some(layers) = &self.layers
+            && let Some(interaction) = layers.interaction(&base, ns, surface, &read)
+        {
+            return interaction;
+        }
+        Interaction { frame: Frame::from_normal(ns), ng: surface.ng, bsdf: self.bsdf(&base) }
     }
 
-    /// The scattering where the mesh has a colour and textures have what `read` gives.
-    fn bsdf(&self, color: Rgb, read: impl Fn(&Option<TextureUse>) -> Option<DVec4>) -> Bsdf {
+    /// The surface of core glTF with these parameters.
+    #[inline]
+    fn bsdf(&self, base: &Parameters) -> Bsdf {
+        if base.metallic == 0.0 && base.specular == 0.0 && !base.transmissive && !base.solid {
+            Bsdf::Lambert(Lambert { albedo: base.base })
+        } else {
+            Bsdf::Layered(Layered::new(base))
+        }
+    }
+
+    /// The base's parameters where the mesh has a colour and textures have what `read` gives.
+    #[inline]
+    fn parameters(&self, color: Rgb, read: impl Fn(&Option<TextureUse>) -> Option<DVec4>) -> Parameters {
         let mut base = self.base_color * color;
         if let Some(texel) = read(&self.base_color_texture) {
             base *= texel.truncate();
@@ -141,30 +199,40 @@ impl Material {
         }
         let specular = self.specular * read(&self.specular_texture).map_or(1.0, |texel| texel.w);
         let tint = read(&self.specular_color_texture).map_or(Rgb::ONE, |texel| texel.truncate());
+        let mut specular_color = self.specular_color * tint;
+        if let Some(gloss) = &self.specular_glossiness {
+            let texel = read(&gloss.texture).unwrap_or(DVec4::ONE);
+            roughness = 1.0 - gloss.glossiness * texel.w;
+            specular_color *= texel.truncate();
+            base *= 1.0 - specular_color.max_element().min(1.0);
+        }
         let transmissive = self.is_transmissive();
         let transmission = self.transmission * read(&self.transmission_texture).map_or(1.0, |texel| texel.x);
-        if metallic == 0.0 && specular == 0.0 && !transmissive {
-            return Bsdf::Lambert(Lambert { albedo: base });
-        }
-        let parameters = Parameters {
+        Parameters {
             base,
             metallic,
             alpha: roughness * roughness,
             ior: self.ior,
             specular,
-            specular_color: self.specular_color * tint,
+            specular_color,
             transmission: if transmissive { transmission } else { 0.0 },
             transmissive,
             solid: self.is_solid(),
-        };
-        Bsdf::Layered(Layered::new(&parameters))
+        }
     }
 
-    /// Radiance emitted at a point of a surface, before it is asked from which side (see [`crate::emission`]).
+    /// Radiance emitted at a point of a surface, before it is asked from which side (see [`crate::emission`]) and what a
+    /// coat leaves of it.
     pub fn emitted(&self, textures: &[Texture], surface: &Surface) -> Rgb {
+        let emission = if self.unlit { self.emission * surface.color.truncate() } else { self.emission };
         match &self.emission_texture {
-            Some(texture) => self.emission * texture.at(textures, surface).truncate(),
-            None => self.emission,
+            Some(texture) => emission * texture.at(textures, surface).truncate(),
+            None => emission,
         }
+    }
+
+    /// Whether the emission is not the same all over the surface.
+    pub fn emission_varies(&self) -> bool {
+        self.emission_texture.is_some() || self.unlit
     }
 }

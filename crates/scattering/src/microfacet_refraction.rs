@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 
-use crate::{fresnel, ggx};
+use crate::fresnel;
+use crate::ggx::{self, Roughness};
 
 /// The microfacet that refracts one direction into the other.
 pub(crate) struct Facet {
@@ -32,22 +33,22 @@ pub(crate) fn facet(a: DVec3, n_a: f64, b: DVec3, n_b: f64) -> Option<Facet> {
 
 /// The symmetric part in 1/sr: the scattering function for radiance divided by the square of the index on the eye's side.
 #[inline]
-pub(crate) fn value(alpha: f64, a: DVec3, b: DVec3, facet: &Facet) -> f64 {
+pub(crate) fn value(alpha: impl Roughness, a: DVec3, b: DVec3, facet: &Facet) -> f64 {
     let masking = ggx::masking_over_cosine(alpha, a) * ggx::masking_over_cosine(alpha, b);
-    masking * ggx::distribution(alpha, facet.h) * facet.cos_a * facet.cos_b / facet.stretch
+    masking * alpha.distribution(facet.h) * facet.cos_a * facet.cos_b / facet.stretch
 }
 
 /// Density in 1/sr of [`sample`] for a facet between `a` = from and `b` = to, in the medium `n_to`: the visible normals'
 /// density times dh/dto (eq. 17).
 #[inline]
-pub(crate) fn pdf(alpha: f64, from: DVec3, n_to: f64, facet: &Facet) -> f64 {
+pub(crate) fn pdf(alpha: impl Roughness, from: DVec3, n_to: f64, facet: &Facet) -> f64 {
     let visible = ggx::visible_over_cosine(alpha, from, facet.h) * facet.cos_a;
     visible * n_to * n_to * facet.cos_b / facet.stretch
 }
 
 /// `from` (z > 0) refracted by a visible microfacet; `eta` = n_from / n_to. `None` where the facet reflects totally.
 #[inline]
-pub(crate) fn sample(alpha: f64, eta: f64, from: DVec3, u: [f64; 2]) -> Option<DVec3> {
+pub(crate) fn sample(alpha: impl Roughness, eta: f64, from: DVec3, u: [f64; 2]) -> Option<DVec3> {
     let h = ggx::sample_visible(alpha, from, u);
     let cos = from.dot(h);
     let cos2 = fresnel::cos_refracted_squared(cos, eta);

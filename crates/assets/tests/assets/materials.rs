@@ -4,14 +4,8 @@ use ergodic_scattering::{Interpolation, Rgb, Wrap};
 use glam::{DVec2, DVec4};
 use serde_json::json;
 
-use crate::support::{Buffer, TRIANGLE, load, png, triangle, try_load};
-
-fn with_material(material: serde_json::Value) -> serde_json::Value {
-    let mut file = triangle();
-    file["meshes"][0]["primitives"][0]["material"] = 0.into();
-    file["materials"] = json!([material]);
-    file
-}
+use crate::support::{load, try_load};
+use crate::textured::{textured, with_material};
 
 #[test]
 fn every_factor_arrives() {
@@ -66,35 +60,13 @@ fn values_out_of_range_are_clamped_or_refused() {
 #[test]
 fn unsupported_extensions_are_named_once_and_required_ones_refused() {
     let mut file = with_material(json!({"alphaMode": "BLEND"}));
-    file["extensionsUsed"] = json!(["KHR_materials_clearcoat", "KHR_materials_ior"]);
+    file["extensionsUsed"] = json!(["KHR_materials_dispersion", "KHR_materials_ior"]);
     let warnings = load(&file).warnings;
     assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert!(warnings[0].starts_with("KHR_materials_clearcoat") && warnings[1].starts_with("alphaMode BLEND"));
-    file["extensionsRequired"] = json!(["KHR_materials_clearcoat"]);
+    assert!(warnings[0].starts_with("KHR_materials_dispersion") && warnings[1].starts_with("alphaMode BLEND"));
+    file["extensionsRequired"] = json!(["KHR_materials_dispersion"]);
     let error = try_load(&file).unwrap_err();
     assert_eq!((error.trouble, error.place.as_str()), (ergodic_assets::Trouble::Unsupported, "extensionsRequired"));
-}
-
-/// A triangle with the texture coordinates of its corners equal to their position, and one texture of two texels.
-fn textured(material: serde_json::Value, sampler: serde_json::Value, second_set: bool) -> serde_json::Value {
-    let mut buffer = Buffer::default();
-    buffer.floats(&TRIANGLE);
-    buffer.floats(&[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
-    buffer.push(&png(&[[188, 0, 255, 51], [0, 255, 0, 255]]));
-    let set = if second_set { "TEXCOORD_1" } else { "TEXCOORD_0" };
-    buffer.finish(json!({
-        "asset": {"version": "2.0"},
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, set: 1}, "material": 0}]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
-            {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
-        ],
-        "materials": [material],
-        "textures": [{"source": 0, "sampler": 0}],
-        "samplers": [sampler],
-        "images": [{"bufferView": 2, "mimeType": "image/png"}],
-    }))
 }
 
 #[test]

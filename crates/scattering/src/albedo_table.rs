@@ -1,0 +1,43 @@
+//! Directional albedos of lobes as tables over cosine and roughness.
+//!
+//! A layer takes from what is below it the share of the light that it reflects itself, so that no energy is made; that
+//! share has no closed form. Tables are integrated once, when a scene first has the lobe.
+
+/// Entries along the cosine.
+const COSINES: usize = 64;
+/// Entries along the roughness.
+const ROUGHNESSES: usize = 32;
+
+/// A table of albedos. Entries are dense near grazing directions and small roughnesses: both coordinates run as square
+/// roots.
+pub(crate) struct AlbedoTable {
+    least_roughness: f64,
+    values: Vec<f32>,
+}
+
+impl AlbedoTable {
+    /// The table of `albedo(cosine, roughness)` for all cosines and for roughnesses from the least one to 1.
+    pub(crate) fn new(least_roughness: f64, albedo: impl Fn(f64, f64) -> f64) -> Self {
+        let values = (0..COSINES * ROUGHNESSES).map(|i| {
+            let x = (i % COSINES) as f64 / (COSINES - 1) as f64;
+            let y = (i / COSINES) as f64 / (ROUGHNESSES - 1) as f64;
+            albedo(x * x, least_roughness + (1.0 - least_roughness) * y * y) as f32
+        });
+        Self { least_roughness, values: values.collect() }
+    }
+
+    /// The albedo, linear between entries. What lies outside the table reads as its edge.
+    #[inline]
+    pub(crate) fn at(&self, cos: f64, roughness: f64) -> f64 {
+        let x = cos.clamp(0.0, 1.0).sqrt();
+        let y = ((roughness - self.least_roughness) / (1.0 - self.least_roughness)).clamp(0.0, 1.0).sqrt();
+        let (x, y) = (x * (COSINES - 1) as f64, y * (ROUGHNESSES - 1) as f64);
+        let (i, j) = ((x as usize).min(COSINES - 2), (y as usize).min(ROUGHNESSES - 2));
+        let (fx, fy) = (x - i as f64, y - j as f64);
+        let row = |j: usize| {
+            let entries = &self.values[j * COSINES + i..j * COSINES + i + 2];
+            f64::from(entries[0]) * (1.0 - fx) + f64::from(entries[1]) * fx
+        };
+        row(j) * (1.0 - fy) + row(j + 1) * fy
+    }
+}

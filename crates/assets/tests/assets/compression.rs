@@ -290,7 +290,8 @@ fn damage(file: &Value, rounds: usize, state: &mut u64) -> usize {
         let mut bytes = whole.clone();
         for _ in 0..=next(state) % 3 {
             let at = next(state) % bytes.len();
-            bytes[at] = if next(state) % 2 == 0 { bytes[at] ^ 1 << (next(state) % 8) } else { next(state) as u8 };
+            bytes[at] =
+                if next(state).is_multiple_of(2) { bytes[at] ^ 1 << (next(state) % 8) } else { next(state) as u8 };
         }
         file["buffers"][0]["uri"] = format!("{header},{}", base64.encode(&bytes)).into();
         let start = Instant::now();

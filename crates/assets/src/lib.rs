@@ -37,7 +37,7 @@ mod warnings;
 
 use std::path::Path;
 
-use ergodic_pathspace::SceneDescription;
+use ergodic_pathspace::{Effects, SceneDescription};
 
 pub use asset::{Asset, CameraError, Summary};
 use document::Document;
@@ -112,6 +112,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Resu
         cameras: world.cameras.iter().map(|c| (c.number, c.camera_name.clone())).collect(),
     };
     let description = SceneDescription {
+        ready_for: Effects::default(),
         meshes: library.meshes,
         placements: world.placements,
         materials: library.materials,

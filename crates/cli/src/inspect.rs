@@ -1,11 +1,12 @@
 //! `ergodic inspect`.
 
 use ergodic_assets::{Asset, load_variant};
+use ergodic_render::Settings;
 use ergodic_scattering::{Material, MaterialLayers, PunctualLight};
 
-use crate::environment;
 use crate::error::CliError;
 use crate::options::InspectOptions;
+use crate::{census, environment};
 use crate::{table, terminal};
 
 /// Tells what is in a file.
@@ -63,6 +64,8 @@ fn lines(asset: &Asset) -> Vec<String> {
     let materials: Vec<Vec<String>> = description.materials.iter().map(material).collect();
     section(&mut lines, "Materials", &materials, &["name", "kind", "base colour", "metallic", "roughness", "more"]);
 
+    lines.push(String::new());
+    lines.extend(census::lines(description, &Settings::default().mlt.mutations));
     lines.push(String::new());
     if asset.warnings.is_empty() {
         lines.push("Everything in the file is supported.".into());

@@ -1,5 +1,7 @@
 //! The `ergodic` command: from a scene and settings to a picture with its statistics.
 
+mod accuracy;
+mod census;
 mod compare;
 mod config;
 mod environment;
@@ -11,6 +13,7 @@ mod override_path;
 mod progress;
 mod render;
 mod report;
+mod source;
 mod table;
 mod terminal;
 mod verify;
@@ -37,6 +40,9 @@ fn main() -> ExitCode {
         }
         Command::Inspect(options) => inspect::run(&options).map(|()| 0),
         Command::Compare(options) => compare::run(&options).map(|()| 0),
+        Command::Accuracy(options) => {
+            accuracy::run(&options).map(|interrupted| if interrupted { INTERRUPTED } else { 0 })
+        }
         Command::Verify(options) => verify::run(&options).map(|holds| if holds { 0 } else { DISAGREES }),
     };
     match outcome {

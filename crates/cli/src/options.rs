@@ -13,6 +13,7 @@ Examples:
   ergodic render --config scenes/ring/ring.ron --set mlt.chains=1000 -o out/ring
   ergodic config > my.ron                            every setting, explained, to start from
   ergodic inspect room.glb                           what a file holds, and what is not supported
+  ergodic accuracy room.glb --time-limit 20m         which method is best for this scene, and how long it takes
   ergodic compare out/ring.exr reference.exr         how far one picture is from another
   ergodic verify cornell --method path               whether this build still makes the stored reference";
 
@@ -36,13 +37,15 @@ pub enum Command {
     Inspect(InspectOptions),
     /// Tell how far an image is from a reference
     Compare(CompareOptions),
+    /// Measure error against time for several methods on a scene, and say which is best
+    Accuracy(AccuracyOptions),
     /// Test this build against the stored reference images, by statistics over independent replicas
     Verify(VerifyOptions),
 }
 
-/// Options of `render`. They win over --set, which wins over the config, which wins over the defaults.
-#[derive(Debug, Args)]
-pub struct RenderOptions {
+/// What is rendered, and how. Options win over --set, which wins over the config, which wins over the defaults.
+#[derive(Clone, Debug, Args)]
+pub struct SourceOptions {
     /// A .glb or .gltf file; without one, the config's, else the built-in room with the door ajar
     pub scene: Option<PathBuf>,
     /// Settings in RON; `ergodic config` prints all of them
@@ -51,9 +54,6 @@ pub struct RenderOptions {
     /// Light from infinitely far away: a latitude-longitude map, .hdr or .exr
     #[arg(long, value_name = "FILE")]
     pub environment: Option<PathBuf>,
-    /// path: path tracing. bidirectional: bidirectional path tracing. mlt: Metropolis light transport
-    #[arg(long, value_parser = method, value_name = "METHOD")]
-    pub method: Option<Method>,
     /// A camera by its name or its number in the file; without it the first
     #[arg(long, value_name = "NAME|N")]
     pub camera: Option<String>,
@@ -63,27 +63,75 @@ pub struct RenderOptions {
     /// Size of the picture in pixels, like 640x360
     #[arg(long, value_parser = size, value_name = "WxH")]
     pub size: Option<(u32, u32)>,
-    /// Stop after this time, seeding included: 30s, 5m, 1.5h, or a number of seconds
-    #[arg(long, value_parser = time, value_name = "TIME", conflicts_with = "samples_per_pixel")]
-    pub time: Option<Budget>,
-    /// Stop after this many samples a pixel; for mlt, mutations a pixel
-    #[arg(long, value_parser = samples, value_name = "N")]
-    pub samples_per_pixel: Option<Budget>,
     /// Key of all random numbers; the same seed gives the same picture
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
     /// Worker threads, 0 for one a core; the picture does not depend on it
     #[arg(long, value_name = "N")]
     pub threads: Option<usize>,
-    /// Output files without their endings, like out/picture; the scene's name in this folder by default
-    #[arg(short, long, value_name = "STEM")]
-    pub output: Option<PathBuf>,
     /// Change one setting by its path, like mlt.chains=1000 or filter='Gaussian(radius: 2, sigma: 0.5)'; may be repeated
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub set: Vec<String>,
+}
+
+/// Options of `render`.
+#[derive(Debug, Args)]
+pub struct RenderOptions {
+    /// What, and how
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// path: path tracing. bidirectional: bidirectional path tracing. mlt: Metropolis light transport in path space. pssmlt: in
+    /// primary sample space. mmlt: multiplexed
+    #[arg(long, value_parser = method, value_name = "METHOD")]
+    pub method: Option<Method>,
+    /// Stop after this time, seeding included: 30s, 5m, 1.5h, or a number of seconds
+    #[arg(long, value_parser = time, value_name = "TIME", conflicts_with = "samples_per_pixel")]
+    pub time: Option<Budget>,
+    /// Stop after this many samples a pixel; for mlt, pssmlt and mmlt, mutations a pixel
+    #[arg(long, value_parser = samples, value_name = "N")]
+    pub samples_per_pixel: Option<Budget>,
+    /// Output files without their endings, like out/picture; the scene's name in this folder by default
+    #[arg(short, long, value_name = "STEM")]
+    pub output: Option<PathBuf>,
     /// Brightness of the PNG in stops; without it chosen from the picture. The EXR always holds radiance
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     pub exposure: Option<f64>,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Options of `accuracy`.
+#[derive(Debug, Args)]
+pub struct AccuracyOptions {
+    /// What, and how
+    #[command(flatten)]
+    pub source: SourceOptions,
+    /// Methods that take part, like path,bidirectional,mlt; all of them by default
+    #[arg(long, value_parser = method, value_delimiter = ',', value_name = "METHODS")]
+    pub methods: Vec<Method>,
+    /// A mix of mutations that takes part under a name: the mlt.mutations of a config; may be repeated
+    #[arg(long = "mix", value_name = "NAME=FILE.ron")]
+    pub mixes: Vec<String>,
+    /// The picture to compare with, one of `cargo xtask reference` or any other; without one it is made first, in a quarter of the
+    /// time
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Wall time that all may take: 30s, 10m, 1.5h, or a number of seconds. With a longer one the same command goes on
+    #[arg(long, value_parser = seconds, value_name = "TIME", default_value = "10m")]
+    pub time_limit: f64,
+    /// Independent replicas of each method at each budget
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..=1000))]
+    pub replicas: u16,
+    /// The first budget in seconds; every further one is twice the one before
+    #[arg(long, value_parser = seconds, value_name = "TIME", default_value = "0.25")]
+    pub first: f64,
+    /// A method is not given more time once its relMSE is this small
+    #[arg(long, value_name = "E")]
+    pub target_error: Option<f64>,
+    /// Output files without their endings; the scene's name with .accuracy in this folder by default
+    #[arg(short, long, value_name = "STEM")]
+    pub output: Option<PathBuf>,
     /// Print errors only
     #[arg(short, long)]
     pub quiet: bool,
@@ -169,13 +217,17 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 fn time(text: &str) -> Result<Budget, String> {
+    seconds(text).map(Budget::Seconds)
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
     let units = [("ms", 1e-3), ("s", 1.0), ("m", 60.0), ("h", 3600.0), ("", 1.0)];
     let seconds = units.iter().find_map(|(unit, seconds)| {
         let number: f64 = text.strip_suffix(unit)?.parse().ok()?;
         Some(number * seconds)
     });
     match seconds {
-        Some(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(Budget::Seconds(seconds)),
+        Some(seconds) if seconds > 0.0 && seconds.is_finite() => Ok(seconds),
         _ => Err("give a time greater than 0, like 30s, 5m or 1.5h".into()),
     }
 }

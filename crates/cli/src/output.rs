@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 use ergodic_assess::{Attribute, Exposure, FileError, Image, check_writable, write_exr, write_png, write_whole};
 use ergodic_render::{Picture, Rendering, Settings};
 
+use crate::census::PlanStats;
 use crate::config;
 use crate::error::CliError;
 use crate::report::Stats;
+use crate::source::Source;
 
 /// Where the files go.
 #[derive(Debug)]
@@ -44,7 +46,7 @@ impl Outputs {
     /// Writes a render.
     pub fn write(
         &self,
-        scene: &str,
+        source: &Source,
         settings: &Settings,
         rendering: &Rendering,
         interrupted: bool,
@@ -59,9 +61,9 @@ impl Outputs {
                 ("standard_error", &layers.standard_error),
             ]
         });
-        write_exr(&self.exr, &image, &extra, &attributes(scene, settings, rendering))?;
+        write_exr(&self.exr, &image, &extra, &attributes(source, settings, rendering))?;
         write_png(&self.png, &image, exposure)?;
-        let json = Stats::new(scene, settings, rendering, interrupted).to_json();
+        let json = Stats::new(source, settings, rendering, interrupted).to_json();
         let json = json.map_err(|e| CliError::Said(format!("{} cannot be encoded: {e}", self.stats.display())))?;
         write_whole(&self.stats, &json).map_err(|e: FileError| e.into())
     }
@@ -74,11 +76,14 @@ pub fn image(picture: &Picture) -> Image {
 }
 
 /// What the EXR says of itself.
-fn attributes(scene: &str, settings: &Settings, rendering: &Rendering) -> Vec<(&'static str, Attribute)> {
+fn attributes(source: &Source, settings: &Settings, rendering: &Rendering) -> Vec<(&'static str, Attribute)> {
     let text = |text: &str| Attribute::Text(text.into());
+    let plan = PlanStats::new(&source.plan, &settings.mlt.mutations);
+    let plan = serde_json::to_string(&plan).unwrap_or_default();
     let mut list = vec![
         ("ergodic.version", text(env!("CARGO_PKG_VERSION"))),
-        ("ergodic.scene", text(scene)),
+        ("ergodic.scene", text(&source.name)),
+        ("ergodic.effects", text(&plan)),
         ("ergodic.config", text(&config::to_ron(settings))),
         ("ergodic.seed", Attribute::Number(settings.seed as f64)),
         ("ergodic.method", text(settings.method.name())),

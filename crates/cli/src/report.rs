@@ -8,7 +8,9 @@ use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Se
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use crate::census::PlanStats;
 use crate::progress::human_time;
+use crate::source::Source;
 use crate::{config, table};
 
 /// The contents of STEM.stats.json.
@@ -29,6 +31,8 @@ pub struct Stats {
     threads: usize,
     /// Instructions that rays were searched with: the best of the processor, or what ERGODIC_ISA names.
     instructions: &'static str,
+    /// Which effects were rendered, and which were not because the scene does not have them.
+    effects: PlanStats,
     /// Samples, or mutations, for each pixel.
     samples_per_pixel: f64,
     rays: u64,
@@ -268,10 +272,10 @@ fn rate(count: u64, seconds: f64) -> f64 {
 
 impl Stats {
     /// The facts of a render.
-    pub fn new(scene: &str, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
+    pub fn new(source: &Source, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            scene: scene.into(),
+            scene: source.name.clone(),
             method: settings.method.name(),
             interrupted,
             width: settings.size.0,
@@ -280,6 +284,7 @@ impl Stats {
             wall_seconds: rendering.seconds,
             threads: rendering.threads,
             instructions: rendering.instructions,
+            effects: PlanStats::new(&source.plan, &settings.mlt.mutations),
             samples_per_pixel: rendering.samples_per_pixel,
             rays: rendering.counts.rays,
             rays_per_second: rate(rendering.counts.rays, rendering.seconds),

@@ -20,7 +20,7 @@ pub use splice::{Rejection, Splice};
 
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Density, Mutation, RandomSource};
-use ergodic_pathspace::{Path, PathSpace};
+use ergodic_pathspace::{Effects, Path, PathSpace};
 use serde::{Deserialize, Serialize};
 
 use jump::JumpRange;
@@ -31,6 +31,11 @@ pub trait PathMutation:
 {
     /// Whether this mutation alone reaches every path from every other.
     const ERGODIC: bool = false;
+
+    /// Why it can change no path of a scene that has these effects only; `None` if it may.
+    fn never_applies(_effects: Effects) -> Option<&'static str> {
+        None
+    }
 
     /// Checks the settings.
     ///
@@ -73,6 +78,11 @@ macro_rules! registry {
             /// Whether it alone reaches every path from every other.
             pub fn is_ergodic(&self) -> bool {
                 match self { $(Self::$variant(_) => $variant::ERGODIC),+ }
+            }
+
+            /// Why it can change no path of a scene that has these effects only; `None` if it may.
+            pub fn never_applies(&self, effects: Effects) -> Option<&'static str> {
+                match self { $(Self::$variant(_) => $variant::never_applies(effects)),+ }
             }
 
             /// Checks the settings.

@@ -5,7 +5,7 @@
 //! two connectable neighbours come in a row; or the last chain lands on the light itself.
 
 use ergodic_metropolis::{Density, Mutation, RandomSource};
-use ergodic_pathspace::{Path, PathSpace};
+use ergodic_pathspace::{Effects, Path, PathSpace};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +63,10 @@ impl MultiChain {
 }
 
 impl PathMutation for MultiChain {
+    fn never_applies(effects: Effects) -> Option<&'static str> {
+        (!effects.has_specular()).then_some("no path has a specular vertex")
+    }
+
     fn validate(&self) -> Result<(), String> {
         validate_image_jump(self.min_pixels, self.image_share)?;
         if !(self.min_angle > 0.0 && self.min_angle < self.max_angle && self.max_angle <= 1.5) {

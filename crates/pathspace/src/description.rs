@@ -4,6 +4,8 @@ use ergodic_geometry::Mesh;
 use ergodic_scattering::{Environment, Material, PunctualLight, Texture};
 use glam::{DAffine3, DVec3};
 
+use crate::Effects;
+
 /// A mesh placed in the world with a material.
 #[derive(Clone, Debug)]
 pub struct Placement {
@@ -41,6 +43,8 @@ pub struct SceneDescription {
     pub lights: Vec<PunctualLight>,
     /// Light from infinitely far away, from every direction of world space. No glTF file states it.
     pub environment: Option<Environment>,
+    /// Effects that code is to be ready for though nothing here calls for them. It costs time and changes no picture.
+    pub ready_for: Effects,
     /// The cameras the file has, in world space.
     pub cameras: Vec<CameraDescription>,
 }

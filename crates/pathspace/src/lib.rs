@@ -2,6 +2,7 @@
 //! connection and multiple importance sampling.
 
 mod bidirectional;
+mod census;
 mod contribution;
 pub mod density;
 mod description;
@@ -19,6 +20,7 @@ mod subpath;
 mod vertex;
 
 pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
+pub use census::{Census, Effect, Effects, Finding, Forced, Plan};
 pub use contribution::{Contribution, contribution};
 pub use description::{CameraDescription, Placement, SceneDescription};
 pub use edge::Edge;

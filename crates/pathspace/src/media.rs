@@ -14,6 +14,8 @@ pub(crate) const AIR: u32 = u32::MAX;
 #[derive(Debug, Default)]
 pub(crate) struct Media {
     solids: Vec<Solid>,
+    /// Whether to ask though nothing absorbs.
+    ready: bool,
 }
 
 #[derive(Debug)]
@@ -32,20 +34,20 @@ const DIRECTION: DVec3 = DVec3::new(0.356_822_089_773_089_9, 0.864_988_213_119_5
 
 impl Media {
     /// From `(instance, material)` of the solids that absorb.
-    pub(crate) fn new(world: &World, solids: impl Iterator<Item = (u32, u32)>) -> Self {
+    pub(crate) fn new(world: &World, solids: impl Iterator<Item = (u32, u32)>, ready: bool) -> Self {
         let solid = |(instance, material)| {
             let corners = (0..world.triangle_count(instance) as u32).flat_map(|t| world.triangle(instance, t));
             let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
             let (low, high) = corners.fold(none, |(low, high), p| (low.min(p), high.max(p)));
             Solid { instance, material, low, high }
         };
-        Self { solids: solids.map(solid).collect() }
+        Self { solids: solids.map(solid).collect(), ready }
     }
 
-    /// Whether nothing absorbs.
+    /// Whether nothing absorbs and nobody wants to know.
     #[inline]
     pub(crate) fn is_empty(&self) -> bool {
-        self.solids.is_empty()
+        self.solids.is_empty() && !self.ready
     }
 
     /// The material of the innermost absorbing solid around a point, other than the instance `except`; [`AIR`] if there is

@@ -20,7 +20,7 @@ use crate::lights::{Emitter, Lights};
 use crate::media::{AIR, Media};
 use crate::record;
 use crate::vertex::{ENVIRONMENT, NO_EMITTER};
-use crate::{CameraDescription, Kind, Placement, SceneDescription, SceneError, Vertex};
+use crate::{CameraDescription, Census, Effect, Effects, Kind, Placement, SceneDescription, SceneError, Vertex};
 
 thread_local! {
     static RAYS: Cell<u64> = const { Cell::new(0) };
@@ -54,6 +54,7 @@ pub struct View {
 #[derive(Debug)]
 pub struct Scene {
     world: World,
+    effects: Effects,
     materials: Vec<Material>,
     /// Of each material, its scattering if that is the same everywhere.
     constant: Vec<Option<Bsdf>>,
@@ -92,7 +93,10 @@ impl Scene {
         let centre = (low + high) * 0.5;
         let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
 
-        let SceneDescription { mut meshes, placements, mut materials, textures, lights, environment, .. } = description;
+        let effects = Census::of(&description).effects().with(description.ready_for);
+        let SceneDescription {
+            mut meshes, placements, mut materials, textures, lights, environment, ready_for, ..
+        } = description;
         let instances = placements
             .iter()
             .map(|p| Instance { mesh: p.mesh as u32, transform: to_scene * p.transform })
@@ -103,6 +107,7 @@ impl Scene {
         let world = World::build(meshes, instances)?;
         for material in &mut materials {
             material.absorption /= scale;
+            material.general |= ready_for.has(Effect::Layers);
         }
         let radius = {
             let (low, high) = world.bounds();
@@ -129,7 +134,9 @@ impl Scene {
         }
         let punctual = lights.iter().map(|light| scaled_light(light, &to_scene, scale)).collect();
         // A black one is none.
-        let environment = environment.filter(|environment| environment.total_luminance() > 0.0).map(Box::new);
+        let lit = environment.filter(|environment| environment.total_luminance() > 0.0);
+        let environment =
+            lit.or_else(|| ready_for.has(Effect::Environment).then(|| Environment::constant(Rgb::ZERO))).map(Box::new);
         let disk = std::f64::consts::PI * radius * radius;
         let environment_power = environment.as_ref().map(|environment| environment.total_luminance() * disk);
         let lights = Lights::new(triangles, punctual, environment_power, radius);
@@ -149,7 +156,10 @@ impl Scene {
             material.is_solid() && material.absorption.max_element() > 0.0
         };
         let instances = (0u32..).zip(material_of_instance.iter().copied());
-        let media = Media::new(&world, instances.filter(|(_, material)| absorbs(*material)));
+        let solids = instances.filter(|(_, material)| absorbs(*material));
+        let media = Media::new(&world, solids, ready_for.has(Effect::Absorption));
+        let made_once = !(ready_for.has(Effect::Textures) || ready_for.has(Effect::VertexColors));
+        let constant = materials.iter().map(|material| material.constant_bsdf().filter(|_| made_once)).collect();
         let camera_medium = media.around(&world, camera.position(), None);
         let light_media = lights.punctual.iter().map(|light| match light {
             PunctualLight::Directional { .. } => AIR,
@@ -161,7 +171,8 @@ impl Scene {
         let free_space = Interaction::none();
         Ok(Self {
             world,
-            constant: materials.iter().map(Material::constant_bsdf).collect(),
+            effects,
+            constant,
             materials,
             textures,
             material_of_instance,
@@ -183,6 +194,11 @@ impl Scene {
     pub fn with_isa(mut self, isa: Isa) -> Self {
         self.world = self.world.with_isa(isa);
         self
+    }
+
+    /// The effects that the scene has or is ready for.
+    pub fn effects(&self) -> Effects {
+        self.effects
     }
 
     /// The geometry.

@@ -1,7 +1,7 @@
 //! What a render is asked to do. Everything here is read from RON.
 
 use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{CameraDescription, Lengths, Roulette, View};
+use ergodic_pathspace::{CameraDescription, Forced, Lengths, Roulette, View};
 use serde::{Deserialize, Serialize};
 
 use crate::primary::PrimaryMutation;
@@ -24,6 +24,8 @@ pub struct Settings {
     pub variant: String,
     /// Width and height of the picture in pixels.
     pub size: (u32, u32),
+    /// Effects that are forced on or off, whatever the scene has. Rendering itself does not read it.
+    pub effects: Forced,
     /// Reconstruction filter.
     pub filter: FilterSettings,
     /// Key of all random streams.
@@ -264,6 +266,7 @@ impl Default for Settings {
             light_units: LightUnits::Radiometric,
             variant: String::new(),
             size: (384, 256),
+            effects: Forced::default(),
             filter: FilterSettings::Box,
             seed: 0,
             threads: 0,

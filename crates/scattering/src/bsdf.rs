@@ -22,7 +22,7 @@ impl Bsdf {
 
     /// Whether any lobe belongs to `component`.
     #[inline]
-    pub(crate) fn has(&self, component: Component) -> bool {
+    pub fn has(&self, component: Component) -> bool {
         match self {
             Self::Lambert(lambert) => component == Component::Rough && lambert.albedo != Rgb::ZERO,
             Self::Layered(layered) => layered.has(component),

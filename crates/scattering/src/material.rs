@@ -57,6 +57,8 @@ pub struct Material {
     /// KHR_materials_pbrSpecularGlossiness: the base colour is its diffuse colour and the specular colour its specular
     /// one, with an index of 0 and no metal; this has the rest.
     pub specular_glossiness: Option<SpecularGlossiness>,
+    /// Evaluates the surface with every effect there is, though it has none of them: for measuring what they cost.
+    pub general: bool,
     /// KHR_materials_unlit: the emission is what was the base colour, and takes the mesh's colour as that would.
     pub unlit: bool,
 }
@@ -95,6 +97,7 @@ impl Default for Material {
             double_sided: false,
             layers: None,
             specular_glossiness: None,
+            general: false,
             unlit: false,
         }
     }
@@ -178,7 +181,9 @@ impl Material {
     /// The surface of core glTF with these parameters.
     #[inline]
     fn bsdf(&self, base: &Parameters) -> Bsdf {
-        if base.metallic == 0.0 && base.specular == 0.0 && !base.transmissive && !base.solid {
+        if self.general {
+            Bsdf::Extended(Extended::new(base, &MaterialLayers::default().effects(&|_| None)))
+        } else if base.metallic == 0.0 && base.specular == 0.0 && !base.transmissive && !base.solid {
             Bsdf::Lambert(Lambert { albedo: base.base })
         } else {
             Bsdf::Layered(Layered::new(base))

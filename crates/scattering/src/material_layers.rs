@@ -104,6 +104,20 @@ impl MaterialLayers {
         ]
     }
 
+    /// Leaves the factors alone everywhere.
+    pub fn remove_textures(&mut self) {
+        self.clearcoat_texture = None;
+        self.clearcoat_roughness_texture = None;
+        self.clearcoat_normal_texture = None;
+        self.sheen_color_texture = None;
+        self.sheen_roughness_texture = None;
+        self.anisotropy_texture = None;
+        self.iridescence_texture = None;
+        self.iridescence_thickness_texture = None;
+        self.diffuse_transmission_texture = None;
+        self.diffuse_transmission_color_texture = None;
+    }
+
     /// Whether anything here can change the surface somewhere.
     pub fn has_effect(&self) -> bool {
         self.clearcoat > 0.0

@@ -1,0 +1,304 @@
+//! What the replicas say: tables, advice, accuracy.json, accuracy.csv and plots.
+
+use std::path::{Path, PathBuf};
+
+use ergodic_assess::accuracy::{Curve, Interval, Sample, overtakes, relative_efficiency};
+use ergodic_assess::{RELATIVE_EPSILON, TRIMMED_SHARE, write_whole};
+use ergodic_render::Settings;
+use serde_json::{Value, json};
+
+use super::journal::Record;
+use super::plan::Entrant;
+use super::plot::{self, Band};
+use super::reference::Known;
+use super::with_ending;
+use crate::error::CliError;
+use crate::options::AccuracyOptions;
+use crate::{config, table};
+
+/// A way of saying how far a picture is from the reference.
+#[derive(Clone, Copy)]
+struct Metric {
+    name: &'static str,
+    key: &'static str,
+    of: fn(&Record) -> f64,
+}
+
+const METRICS: [Metric; 4] = [
+    Metric { name: "relMSE", key: "rel_mse", of: |r| r.rel_mse },
+    Metric { name: "trimmed relMSE", key: "trimmed_rel_mse", of: |r| r.trimmed_rel_mse },
+    Metric { name: "MSE", key: "mse", of: |r| r.mse },
+    Metric { name: "FLIP", key: "flip", of: |r| r.flip },
+];
+
+/// Errors that are looked at: a power of ten or half of one.
+const LEVELS: [f64; 11] = [1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4, 3e-5, 1e-5];
+
+/// One method.
+struct Entry {
+    name: String,
+    /// By metric.
+    curves: Vec<Curve>,
+    budgets: Vec<f64>,
+    wall: Vec<f64>,
+    bias: Vec<Interval>,
+}
+
+/// All that was found.
+pub struct Accuracy {
+    entries: Vec<Entry>,
+    about: Value,
+    replicas: usize,
+}
+
+impl Accuracy {
+    /// From the replicas; budgets for which some are missing are left out.
+    pub fn new(
+        scene: &str,
+        settings: &Settings,
+        entrants: &[Entrant],
+        known: &Known,
+        records: &[Record],
+        options: &AccuracyOptions,
+        threads: usize,
+    ) -> Result<Self, CliError> {
+        let replicas = usize::from(options.replicas);
+        let entry = |entrant: &Entrant| {
+            let mut points: Vec<Vec<&Record>> = Vec::new();
+            for level in 0.. {
+                let mut of_level: Vec<&Record> =
+                    records.iter().filter(|r| r.name == entrant.name && r.level == level).collect();
+                if of_level.len() < replicas {
+                    break;
+                }
+                of_level.sort_unstable_by_key(|record| record.replica);
+                points.push(of_level);
+            }
+            let curve = |of: fn(&Record) -> f64| Curve {
+                name: entrant.name.clone(),
+                points: points
+                    .iter()
+                    .map(|p| p.iter().map(|r| Sample { seconds: r.seconds, error: of(r) }).collect())
+                    .collect(),
+            };
+            let mean = |p: &Vec<&Record>, of: fn(&Record) -> f64| p.iter().map(|r| of(r)).sum::<f64>() / p.len() as f64;
+            Entry {
+                name: entrant.name.clone(),
+                curves: METRICS.iter().map(|metric| curve(metric.of)).collect(),
+                budgets: points.iter().map(|p| mean(p, |r| r.budget)).collect(),
+                wall: points.iter().map(|p| mean(p, |r| r.wall_seconds)).collect(),
+                bias: curve(|r| r.bias).errors(),
+            }
+        };
+        let entries: Vec<Entry> = entrants.iter().map(entry).collect();
+        if entries.iter().all(|entry| entry.budgets.is_empty()) {
+            return Err(CliError::Said(
+                "stopped before all replicas of the first budget were done; the same command goes on from here".into(),
+            ));
+        }
+        let about = json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": scene,
+            "size": settings.size,
+            "config": config::to_ron(settings),
+            "machine": { "processor": processor(), "system": std::env::consts::OS, "threads": threads },
+            "time": "processor time of one replica on one thread, seeding included",
+            "replicas": replicas,
+            "reference": {
+                "origin": known.origin,
+                "relative_error_of_the_mean": known.relative_error,
+                "rel_mse_of_its_own": known.noise.rel_mse,
+            },
+            "rel_mse_epsilon": RELATIVE_EPSILON,
+            "trimmed_share": TRIMMED_SHARE,
+        });
+        Ok(Self { entries, about, replicas })
+    }
+
+    /// The curve by which methods are compared: relMSE.
+    fn curves(&self) -> impl Iterator<Item = &Curve> + Clone {
+        self.entries.iter().map(|entry| &entry.curves[0]).filter(|curve| !curve.points.is_empty())
+    }
+
+    /// The method with the least error at the last budget that all have.
+    fn best(&self) -> Option<&Curve> {
+        let common = self.curves().map(|curve| curve.points.len()).min()?;
+        let at_last = |curve: &&Curve| curve.means()[common - 1].1 * curve.means()[common - 1].0;
+        self.curves().min_by(|a, b| at_last(a).total_cmp(&at_last(b)))
+    }
+
+    /// (late, early, when) for every pair of which one overtakes the other.
+    fn crossings(&self) -> Vec<(String, String, Interval)> {
+        let pairs = self.curves().flat_map(|late| self.curves().map(move |early| (late, early)));
+        pairs
+            .filter(|(late, early)| late.name != early.name)
+            .filter_map(|(late, early)| Some((late.name.clone(), early.name.clone(), overtakes(late, early)?)))
+            .collect()
+    }
+
+    /// Errors that some method reaches.
+    fn levels(&self) -> Vec<f64> {
+        LEVELS.into_iter().filter(|e| self.curves().any(|curve| curve.time_to_reach(*e).is_some())).collect()
+    }
+
+    /// What to do, in plain words.
+    pub fn advice(&self) -> String {
+        let Some(best) = self.best() else { return String::new() };
+        let others = self.curves().filter(|curve| curve.name != best.name);
+        let rivals: Vec<(&str, Interval)> =
+            others.filter_map(|curve| Some((&curve.name[..], relative_efficiency(best, curve)?))).collect();
+        let clear = rivals.iter().all(|(_, ratio)| ratio.low > 1.0);
+        let goal = self.levels().into_iter().filter(|e| best.time_to_reach(*e).is_some()).fold(f64::INFINITY, f64::min);
+        let mut text = match best.time_to_reach(goal) {
+            Some(time) => format!("Use {} here: it reaches a relMSE of {goal} in {}", best.name, seconds(&time)),
+            None => format!("Use {} here: of those that took part it has the least error for its time", best.name),
+        };
+        let nearest = rivals.iter().min_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        if let Some((name, ratio)) = nearest {
+            text.push_str(&if clear {
+                format!(", and its time is worth {:.1} times that of {name}, the next", ratio.value)
+            } else {
+                format!(", but the difference to {name} is within what {} replicas can tell", self.replicas)
+            });
+        }
+        text.push('.');
+        if matches!(&best.name[..], "path" | "bidirectional") {
+            text.push_str(" The scene is easy: independent samples do better than Markov chains.");
+        }
+        text
+    }
+
+    /// Tables for people.
+    pub fn lines(&self) -> Vec<String> {
+        let levels = self.levels();
+        let best = self.best();
+        let row = |entry: &Entry| {
+            let curve = &entry.curves[0];
+            let last = curve.errors().last().copied();
+            let mut cells = vec![
+                entry.name.clone(),
+                last.map_or("-".into(), |e| format!("{:.2e} ({:.1e} to {:.1e})", e.value, e.low, e.high)),
+                curve.slope().map_or("-".into(), |s| format!("{:.2} +- {:.2}", s.value, s.error)),
+                best.and_then(|best| relative_efficiency(curve, best))
+                    .map_or("-".into(), |e| format!("{:.2} ({:.2} to {:.2})", e.value, e.low, e.high)),
+                entry
+                    .bias
+                    .last()
+                    .map_or("-".into(), |b| format!("{:+.2} % +- {:.2} %", b.value * 100.0, b.error * 100.0)),
+            ];
+            cells.extend(levels.iter().map(|e| curve.time_to_reach(*e).map_or("-".into(), |t| seconds(&t))));
+            cells
+        };
+        let mut head: Vec<String> = ["method", "relMSE at the last budget", "slope", "efficiency", "bias of the mean"]
+            .map(String::from)
+            .to_vec();
+        head.extend(levels.iter().map(|e| format!("time to {e}")));
+        let head: Vec<&str> = head.iter().map(String::as_str).collect();
+        let rows: Vec<Vec<String>> = self.entries.iter().filter(|e| !e.budgets.is_empty()).map(row).collect();
+        let mut lines = table::lines(&head, &rows);
+        lines.push(String::new());
+        lines.push(format!(
+            "intervals of 95 % from {} replicas; times are processor seconds of one thread, seeding included; the slope should be -1",
+            self.replicas
+        ));
+        for (late, early, when) in self.crossings() {
+            lines.push(format!("{late} overtakes {early} at {:.2} s +- {:.2}", when.value, when.error));
+        }
+        lines.push(String::new());
+        lines.push(self.advice());
+        lines
+    }
+
+    fn json(&self) -> Value {
+        let interval = |i: &Interval| json!({ "value": i.value, "low": i.low, "high": i.high, "error": i.error });
+        let optional = |i: Option<Interval>| i.as_ref().map_or(Value::Null, interval);
+        let best = self.best();
+        let levels = self.levels();
+        let entry = |entry: &Entry| {
+            let points = (0..entry.budgets.len()).map(|i| {
+                let mut point = json!({
+                    "budget_seconds": entry.budgets[i],
+                    "seconds": entry.curves[0].means()[i].0,
+                    "wall_seconds": entry.wall[i],
+                    "bias": entry.bias.get(i).map_or(Value::Null, interval),
+                });
+                for (metric, curve) in METRICS.iter().zip(&entry.curves) {
+                    point[metric.key] = curve.errors().get(i).map_or(Value::Null, interval);
+                }
+                point
+            });
+            let curve = &entry.curves[0];
+            json!({
+                "name": entry.name,
+                "points": points.collect::<Vec<_>>(),
+                "slope": optional(curve.slope()),
+                "efficiency": optional(curve.efficiency()),
+                "efficiency_relative_to_the_best": optional(best.and_then(|best| relative_efficiency(curve, best))),
+                "time_to_reach": levels
+                    .iter()
+                    .map(|e| json!({ "rel_mse": e, "seconds": optional(curve.time_to_reach(*e)) }))
+                    .collect::<Vec<_>>(),
+            })
+        };
+        let crossings = self.crossings().into_iter();
+        let mut all = self.about.clone();
+        all["methods"] = self.entries.iter().map(entry).collect();
+        all["crossings"] = crossings
+            .map(|(late, early, when)| json!({ "late": late, "early": early, "seconds": interval(&when) }))
+            .collect();
+        all["best"] = best.map_or(Value::Null, |best| json!(best.name));
+        all["advice"] = json!(self.advice());
+        all
+    }
+
+    fn csv(&self) -> String {
+        let mut csv = String::from("method,budget_seconds,seconds,wall_seconds");
+        METRICS.iter().for_each(|m| csv.push_str(&format!(",{0},{0}_low,{0}_high", m.key)));
+        csv.push_str(",bias,bias_error\n");
+        for entry in &self.entries {
+            for (i, budget) in entry.budgets.iter().enumerate() {
+                let name = &entry.name;
+                csv.push_str(&format!("{name},{budget},{},{}", entry.curves[0].means()[i].0, entry.wall[i]));
+                for curve in &entry.curves {
+                    let e = curve.errors()[i];
+                    csv.push_str(&format!(",{},{},{}", e.value, e.low, e.high));
+                }
+                csv.push_str(&format!(",{},{}\n", entry.bias[i].value, entry.bias[i].error));
+            }
+        }
+        csv
+    }
+
+    /// Writes accuracy.json, accuracy.csv and a plot for each metric; their names.
+    pub fn write(&self, stem: &Path) -> Result<Vec<PathBuf>, CliError> {
+        let json = serde_json::to_vec_pretty(&self.json())
+            .map_err(|e| CliError::Said(format!("{} cannot be encoded: {e}", stem.display())))?;
+        let mut files = vec![(with_ending(stem, ".json"), json), (with_ending(stem, ".csv"), self.csv().into_bytes())];
+        for (i, metric) in METRICS.iter().enumerate() {
+            let bands = self.entries.iter().filter(|entry| !entry.budgets.is_empty()).map(|entry| {
+                let curve = &entry.curves[i];
+                let times = curve.means().into_iter().map(|(t, _)| t);
+                Band { name: entry.name.clone(), points: times.zip(curve.errors()).collect() }
+            });
+            let title = format!("{} against processor time", metric.name);
+            let svg = plot::log_log(&title, "seconds", metric.name, &bands.collect::<Vec<_>>());
+            files.push((with_ending(stem, &format!(".{}.svg", metric.key)), svg.into_bytes()));
+        }
+        for (path, bytes) in &files {
+            write_whole(path, bytes)?;
+        }
+        Ok(files.into_iter().map(|(path, _)| path).collect())
+    }
+}
+
+/// A time with its interval.
+fn seconds(time: &Interval) -> String {
+    format!("{:.2} s ({:.2} to {:.2})", time.value, time.low, time.high)
+}
+
+/// What the system calls its processor; empty where it does not tell.
+fn processor() -> String {
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpuinfo.lines().find(|line| line.starts_with("model name"));
+    model.and_then(|line| line.split_once(':')).map_or_else(String::new, |(_, name)| name.trim().into())
+}

@@ -1,0 +1,113 @@
+//! From options to settings, and from settings to a scene that is ready to be rendered.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ergodic_assets::{Asset, from_bytes_variant, load_variant};
+use ergodic_pathspace::{Plan, Scene};
+use ergodic_render::{LightUnits, Settings};
+
+use crate::error::CliError;
+use crate::options::SourceOptions;
+use crate::{config, environment};
+
+/// The scene that is rendered when none is named.
+const BUILT_IN: &[u8] = include_bytes!("../../../scenes/ajar/scene.glb");
+const BUILT_IN_NAME: &str = "ajar";
+
+/// A scene, and what is known of it.
+pub struct Source {
+    /// Ready to be rendered.
+    pub scene: Arc<Scene>,
+    /// What it is called.
+    pub name: String,
+    /// Which effects it has, and which the code is ready for.
+    pub plan: Plan,
+}
+
+/// Defaults, then the config, then --set, then the options.
+pub fn settings(options: &SourceOptions) -> Result<Settings, CliError> {
+    let mut settings = match &options.config {
+        Some(path) => config::load(path)?,
+        None => Settings::default(),
+    };
+    let place_environment = |settings: &mut Settings| {
+        if let Some(file) = &options.environment {
+            settings.environment = Some(environment::with_file(settings.environment.take(), file));
+        }
+    };
+    // Before --set, so that there is a map whose rotation and strength can be set, and after it, because options win.
+    place_environment(&mut settings);
+    for assignment in &options.set {
+        settings = config::set(&settings, assignment)?;
+    }
+    if let Some(scene) = &options.scene {
+        settings.scene = scene.display().to_string();
+    }
+    place_environment(&mut settings);
+    if let Some(camera) = &options.camera {
+        settings.camera.clone_from(camera);
+    }
+    if let Some(variant) = &options.variant {
+        settings.variant.clone_from(variant);
+    }
+    if let Some(size) = options.size {
+        settings.size = size;
+    }
+    if let Some(seed) = options.seed {
+        settings.seed = seed;
+    }
+    if let Some(threads) = options.threads {
+        settings.threads = threads;
+    }
+    settings.validate().map_err(CliError::Said)?;
+    Ok(settings)
+}
+
+/// Loads the scene of the settings and builds it; what people should know is said by `say`.
+pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError> {
+    let (mut asset, name) = if settings.scene.is_empty() {
+        (from_bytes_variant(BUILT_IN, BUILT_IN_NAME, &settings.variant)?, BUILT_IN_NAME.to_string())
+    } else {
+        (load_variant(Path::new(&settings.scene), &settings.variant)?, settings.scene.clone())
+    };
+    let (environment, more_warnings) = environment::load(settings.environment.as_ref())?;
+    for warning in asset.warnings.iter().chain(&more_warnings) {
+        say(&format!("warning: {warning}"));
+    }
+    let hint = asset.light_units_hint().filter(|_| settings.light_units == LightUnits::Radiometric);
+    for note in asset.notes.iter().chain(&hint) {
+        say(&format!("note: {note}"));
+    }
+    let (intensity, irradiance) = settings.light_units.to_radiometric();
+    asset.scale_lights(intensity, irradiance);
+    if settings.variant.is_empty() && !asset.summary.variants.is_empty() {
+        let names = asset.summary.variants.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", ");
+        say(&format!("{name} is shown with its default materials; --variant chooses one of {names}"));
+    }
+    let aspect = f64::from(settings.size.0) / f64::from(settings.size.1);
+    let (camera, framed) = asset.camera(&settings.camera, aspect)?;
+    if framed {
+        say(&format!("{name} has no camera: it is seen from the front, framed whole"));
+    }
+    let Asset { mut description, file, .. } = asset;
+    description.environment = environment;
+    let plan = description.plan(&settings.effects);
+    for effect in plan.missing().iter() {
+        say(&format!("warning: {} is forced off, so the picture lacks what the scene has of it", effect.name()));
+    }
+    let scene = Scene::new(description, &settings.view(camera)).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
+    Ok(Source { scene: Arc::new(scene), name, plan })
+}
+
+/// Where to write if nothing else was asked for: the name of the scene, or of its folder where that says more.
+pub fn stem(settings: &Settings) -> PathBuf {
+    let path = Path::new(&settings.scene);
+    let folder = path.parent().and_then(Path::file_name);
+    let name = match path.file_stem() {
+        None => BUILT_IN_NAME.into(),
+        Some(name) if name == "scene" => folder.unwrap_or(name).to_os_string(),
+        Some(name) => name.to_os_string(),
+    };
+    PathBuf::from(name)
+}

@@ -17,8 +17,7 @@ pub enum SceneError {
     /// Nothing emits.
     #[error(
         "the scene has no light: give a material an emissiveFactor (with KHR_materials_emissive_strength for its \
-         radiance), or add a light by KHR_lights_punctual to a node, or give an \
-         environment"
+         radiance), add a light by KHR_lights_punctual to a node, or give an environment"
     )]
     NoLight,
     /// The geometry was refused.

@@ -4,7 +4,7 @@
 //! share has no closed form. Tables are integrated once, when a scene first has the lobe.
 
 /// Entries along the cosine.
-const COSINES: usize = 64;
+const COSINES: usize = 96;
 /// Entries along the roughness.
 const ROUGHNESSES: usize = 32;
 

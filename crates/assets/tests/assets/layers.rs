@@ -75,8 +75,9 @@ fn check(used: Option<TextureUse>, textures: &[ergodic_scattering::Texture], col
 
 #[test]
 fn every_texture_arrives_with_its_transform_and_encoding() {
-    type Get = fn(&MaterialLayers) -> Option<TextureUse>;
-    let cases: [(&str, Value, &[(&str, bool, Get)]); 5] = [
+    /// A member, whether it is a colour, and where it arrives.
+    type Member = (&'static str, bool, fn(&MaterialLayers) -> Option<TextureUse>);
+    let cases: [(&str, Value, &[Member]); 5] = [
         (
             "KHR_materials_clearcoat",
             json!({"clearcoatFactor": 1}),
@@ -133,7 +134,9 @@ fn every_texture_arrives_with_its_transform_and_encoding() {
 
 #[test]
 fn the_older_extensions_textures_arrive_too() {
-    let cases: [(&str, &str, bool, fn(&Material) -> Option<TextureUse>); 5] = [
+    /// An extension, its member, whether that is a colour, and where it arrives.
+    type Case = (&'static str, &'static str, bool, fn(&Material) -> Option<TextureUse>);
+    let cases: [Case; 5] = [
         ("KHR_materials_specular", "specularTexture", false, |m| m.specular_texture),
         ("KHR_materials_specular", "specularColorTexture", true, |m| m.specular_color_texture),
         ("KHR_materials_transmission", "transmissionTexture", false, |m| m.transmission_texture),

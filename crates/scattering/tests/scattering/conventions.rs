@@ -73,7 +73,7 @@ fn a_coat_with_its_own_normal_scatters_by_that_normal() {
         let (forth, back) = (at.eval(a, b, Component::Rough), at.eval(b, a, Component::Rough));
         scattered += u32::from(forth != Rgb::ZERO);
         // The normal is stored in single precision.
-        assert!(relative(forth, back) < 1e-5, "{forth} {back}");
+        assert!(relative(forth, back) < 1e-4, "{forth} {back}");
     }
     assert!(scattered > 300);
     // A smooth one mirrors about it, in both directions and on both sides.

@@ -1,6 +1,8 @@
 //! Cross-crate tests: one binary, so that they share one build.
 
+mod cameras;
 mod closed_forms;
+mod coverage;
 mod environment;
 mod exact_rank;
 mod image_faults;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ergodic_assess::Exposure;
 use ergodic_assets::{Asset, from_bytes_variant, load_variant};
-use ergodic_pathspace::Scene;
+use ergodic_pathspace::{Projection, Scene};
 use ergodic_render::{LightUnits, Settings, render};
 
 use crate::error::CliError;
@@ -50,6 +50,12 @@ pub fn run(options: &RenderOptions) -> Result<bool, CliError> {
     let (camera, framed) = asset.camera(&settings.camera, aspect)?;
     if framed {
         say(&format!("{name} has no camera: it is seen from the front, framed whole"));
+    }
+    if settings.lens.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+        let text = format!(
+            "lens: {name} is seen by an orthographic camera, which has none; leave it out, or name another camera"
+        );
+        return Err(CliError::Said(text));
     }
     let outputs = Outputs::new(&stem(options, &settings))?;
     let Asset { mut description, file, .. } = asset;

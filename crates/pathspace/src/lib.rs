@@ -3,6 +3,7 @@
 
 mod bidirectional;
 mod contribution;
+mod coverage;
 pub mod density;
 mod description;
 mod edge;
@@ -20,7 +21,8 @@ mod vertex;
 
 pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
 pub use contribution::{Contribution, contribution};
-pub use description::{CameraDescription, Placement, SceneDescription};
+pub use coverage::Coverage;
+pub use description::{CameraDescription, Placement, Projection, SceneDescription};
 pub use edge::Edge;
 pub use error::SceneError;
 pub use path::{Path, PathClass};

@@ -39,6 +39,6 @@ impl Eye {
     /// As a scene's camera.
     pub fn description(&self) -> CameraDescription {
         let transform = DAffine3 { matrix3: self.axes(), translation: self.from };
-        CameraDescription { name: String::new(), transform, vertical_fov: self.fov }
+        CameraDescription::pinhole(transform, self.fov)
     }
 }

@@ -39,7 +39,7 @@ pub fn description(name: &str) -> SceneDescription {
 /// A scene seen by its first camera at `size`, with the box filter.
 pub fn view_of(description: SceneDescription, size: (u32, u32)) -> Arc<Scene> {
     let camera = description.cameras.first().expect("the scenes have cameras").clone();
-    let view = View { camera, width: size.0, height: size.1, margin: 0.0 };
+    let view = View { camera, width: size.0, height: size.1, margin: 0.0, crop: None };
     Arc::new(Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}")))
 }
 

@@ -1,6 +1,9 @@
 //! Cross-crate tests: one binary, so that they share one build.
 
+mod cameras;
 mod closed_forms;
+mod coverage;
+mod effects;
 mod environment;
 mod exact_rank;
 mod image_faults;

@@ -34,66 +34,69 @@ fn ln_target(x: &Path) -> f64 {
 
 #[test]
 fn the_way_back_has_support_and_balance_is_detailed() {
-    let layered = ("layered", PathSpace { scene: view_of(layered_room(), SIZE), lengths: LENGTHS });
-    let spaces = SCENES.iter().map(|name| (*name, space(name, SIZE, LENGTHS)));
-    for (name, space) in spaces.chain([layered]) {
-        for mutation in members() {
-            let (mut tried, mut one_way, mut suitable, mut stale_is_seen) = (0u32, 0u32, 0u32, 0u32);
-            let mut source = PathSource::new(&space);
-            let mut rng = stream(17, Purpose::Chain, 1);
-            let (mut x, mut y) = (Path::default(), Path::default());
-            for _ in 0..20_000 {
-                if source.draw(&mut x, &mut rng).is_none() || mutation.suitability(&space, &x) == 0.0 {
-                    continue;
-                }
-                suitable += 1;
-                let Ok(plan) = mutation.propose(&space, &x, &mut y, &mut rng) else { continue };
-                let ln_fy = ln_target(&y);
-                if ln_fy == f64::NEG_INFINITY {
-                    continue;
-                }
-                tried += 1;
-                let forward = mutation.ln_density(&space, &x, &y, plan);
-                let backward = mutation.ln_density(&space, &y, &x, plan);
-                assert!(forward.is_finite(), "{name} {}: forward density {forward}", mutation.name());
-                assert!(!backward.is_nan() && backward < f64::INFINITY, "{name} {}: {backward}", mutation.name());
-                assert!(mutation.suitability(&space, &y) > 0.0 || backward == f64::NEG_INFINITY);
-                one_way += u32::from(backward == f64::NEG_INFINITY);
-                // What the candidate has cached is what follows from its points, and the film sees it.
-                let mut again = y.clone();
-                again.derive(&space.scene);
-                assert_eq!(again.edges, y.edges, "{name} {}", mutation.name());
-                assert_eq!(again.scattering, y.scattering, "{name} {}", mutation.name());
-                assert!(y.raster.is_some() && again.raster == y.raster);
-                // The ends are those of x, whatever the buffer held before.
-                let kept = |a: &Vertex, b: &Vertex| a.position == b.position && a.interaction.ng == b.interaction.ng;
-                let ends = |path: &Path| path.vertices.len() - plan.suffix;
-                assert!(x.vertices[..plan.prefix].iter().zip(&y.vertices).all(|(a, b)| kept(a, b)));
-                assert!(x.vertices[ends(&x)..].iter().zip(&y.vertices[ends(&y)..]).all(|(a, b)| kept(a, b)));
-                // What was kept of x where it no longer holds would be seen.
-                stale_is_seen += u32::from(again.scattering != x.scattering && again.edges != x.edges);
-                if backward == f64::NEG_INFINITY {
-                    continue;
-                }
-                // K(x, y) C(x) == K(y, x) C(y), the acceptance computed once from either side.
-                let ln_fx = ln_target(&x);
-                let ratio = (ln_fy - forward) - (ln_fx - backward);
-                let flow_there = ln_fx + forward + ratio.min(0.0);
-                let ratio_back = (ln_target(&x) - mutation.ln_density(&space, &y, &x, plan))
-                    - (ln_target(&again) - mutation.ln_density(&space, &x, &again, plan));
-                let flow_back = ln_target(&again) + backward + ratio_back.min(0.0);
-                assert!(
-                    (flow_there - flow_back).abs() <= 1e-9 * flow_there.abs().max(1.0),
-                    "{name} {}: {flow_there} {flow_back}",
-                    mutation.name()
-                );
+    for name in SCENES {
+        check_balance(name, &space(name, SIZE, LENGTHS));
+    }
+    check_balance("layered", &PathSpace { scene: view_of(layered_room(), SIZE), lengths: LENGTHS });
+}
+
+pub(crate) fn check_balance(name: &str, space: &PathSpace) {
+    for mutation in members() {
+        let (mut tried, mut one_way, mut suitable, mut stale_is_seen) = (0u32, 0u32, 0u32, 0u32);
+        let mut source = PathSource::new(space);
+        let mut rng = stream(17, Purpose::Chain, 1);
+        let (mut x, mut y) = (Path::default(), Path::default());
+        for _ in 0..20_000 {
+            if source.draw(&mut x, &mut rng).is_none() || mutation.suitability(space, &x) == 0.0 {
+                continue;
             }
-            assert!(10 * stale_is_seen >= tried, "{name} {}: {stale_is_seen} of {tried}", mutation.name());
-            println!("{name} {}: {suitable} suitable, {tried} tried, {one_way} without a way back", mutation.name());
-            // Only the caustic perturbation has ranges that depend on the path, so only it may lose the way back.
-            let allowed = if matches!(mutation, AnyMutation::Caustic(_)) { tried / 5 } else { 0 };
-            assert!(one_way <= allowed, "{name} {}: {one_way} of {tried} have no way back", mutation.name());
+            suitable += 1;
+            let Ok(plan) = mutation.propose(space, &x, &mut y, &mut rng) else { continue };
+            let ln_fy = ln_target(&y);
+            if ln_fy == f64::NEG_INFINITY {
+                continue;
+            }
+            tried += 1;
+            let forward = mutation.ln_density(space, &x, &y, plan);
+            let backward = mutation.ln_density(space, &y, &x, plan);
+            assert!(forward.is_finite(), "{name} {}: forward density {forward}", mutation.name());
+            assert!(!backward.is_nan() && backward < f64::INFINITY, "{name} {}: {backward}", mutation.name());
+            assert!(mutation.suitability(space, &y) > 0.0 || backward == f64::NEG_INFINITY);
+            one_way += u32::from(backward == f64::NEG_INFINITY);
+            // What the candidate has cached is what follows from its points, and the film sees it.
+            let mut again = y.clone();
+            again.derive(&space.scene);
+            assert_eq!(again.edges, y.edges, "{name} {}", mutation.name());
+            assert_eq!(again.scattering, y.scattering, "{name} {}", mutation.name());
+            assert!(y.raster.is_some() && again.raster == y.raster);
+            // The ends are those of x, whatever the buffer held before.
+            let kept = |a: &Vertex, b: &Vertex| a.position == b.position && a.interaction.ng == b.interaction.ng;
+            let ends = |path: &Path| path.vertices.len() - plan.suffix;
+            assert!(x.vertices[..plan.prefix].iter().zip(&y.vertices).all(|(a, b)| kept(a, b)));
+            assert!(x.vertices[ends(&x)..].iter().zip(&y.vertices[ends(&y)..]).all(|(a, b)| kept(a, b)));
+            // What was kept of x where it no longer holds would be seen.
+            stale_is_seen += u32::from(again.scattering != x.scattering && again.edges != x.edges);
+            if backward == f64::NEG_INFINITY {
+                continue;
+            }
+            // K(x, y) C(x) == K(y, x) C(y), the acceptance computed once from either side.
+            let ln_fx = ln_target(&x);
+            let ratio = (ln_fy - forward) - (ln_fx - backward);
+            let flow_there = ln_fx + forward + ratio.min(0.0);
+            let ratio_back = (ln_target(&x) - mutation.ln_density(space, &y, &x, plan))
+                - (ln_target(&again) - mutation.ln_density(space, &x, &again, plan));
+            let flow_back = ln_target(&again) + backward + ratio_back.min(0.0);
+            assert!(
+                (flow_there - flow_back).abs() <= 1e-9 * flow_there.abs().max(1.0),
+                "{name} {}: {flow_there} {flow_back}",
+                mutation.name()
+            );
         }
+        assert!(20 * stale_is_seen >= tried, "{name} {}: {stale_is_seen} of {tried}", mutation.name());
+        println!("{name} {}: {suitable} suitable, {tried} tried, {one_way} without a way back", mutation.name());
+        // Only the caustic perturbation has ranges that depend on the path, so only it may lose the way back.
+        let allowed = if matches!(mutation, AnyMutation::Caustic(_)) { tried / 5 } else { 0 };
+        assert!(one_way <= allowed, "{name} {}: {one_way} of {tried} have no way back", mutation.name());
     }
 }
 
@@ -174,10 +177,6 @@ pub(crate) const ALPHA: f64 = 1e-5;
 /// What a planted fault must reach, far above any limit.
 pub(crate) const CAUGHT: f64 = 8.0;
 
-fn check_invariance(name: &str, samples: usize) {
-    check_kernels(name, &space(name, SIZE, LENGTHS), samples);
-}
-
 /// The invariance law and the flow law of every mutation alone and of all together.
 pub(crate) fn check_kernels(name: &str, space: &PathSpace, samples: usize) {
     let mut kernels: Vec<Mixture<AnyMutation>> = members().into_iter().map(|m| mixture(vec![m])).collect();
@@ -200,6 +199,10 @@ pub(crate) fn check_kernels(name: &str, space: &PathSpace, samples: usize) {
         assert!(verdict.holds, "{name} {names:?}: {verdict:?}, {:?}", law.t());
         assert!(balance.holds || balance.dof == 0, "{name} {names:?}: {balance:?}");
     }
+}
+
+fn check_invariance(name: &str, samples: usize) {
+    check_kernels(name, &space(name, SIZE, LENGTHS), samples);
 }
 
 #[test]
@@ -240,6 +243,20 @@ fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor
     println!("{scene}: Q = {:.0} of {:.0}", balance.q, balance.limit);
     println!("{scene}: max |t| = {z:.1}");
     (z, balance)
+}
+
+/// The largest |t| of a mixture whose density is wrong by a factor, given by its logarithm.
+pub(crate) fn drift_of(
+    space: &PathSpace,
+    members: Vec<AnyMutation>,
+    samples: usize,
+    ln_factor: &dyn Fn(&Path, &Path, (usize, Splice)) -> f64,
+) -> f64 {
+    let factor = |from: &Path, to: &Path, plan| ln_factor(from, to, plan).exp();
+    let (law, _) = &drifts(space, &[Scaled { mutation: mixture(members), factor }], samples, 29)[0];
+    let z = law.verdict(ALPHA).max_t;
+    println!("planted fault: max |t| = {z:.1}");
+    z
 }
 
 #[test]

@@ -15,7 +15,7 @@ use ergodic_render::{
 use ergodic_scattering::luminance;
 use ergodic_tests::{description, layered_room, nightly, view_of};
 
-fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
+pub(crate) fn settings(method: Method, size: (u32, u32), samples: f64) -> Settings {
     let mut settings = Settings { method, size, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
     settings.mlt.chains = 64;
     settings.mlt.seeding.relative_error = 0.02;
@@ -46,7 +46,8 @@ fn the_same_seed_gives_the_same_bytes_with_any_instructions() {
     let size = (24, 16);
     for name in ["cornell", "glass"] {
         let description = description(name);
-        let view = View { camera: description.cameras[0].clone(), width: size.0, height: size.1, margin: 0.0 };
+        let view =
+            View { camera: description.cameras[0].clone(), width: size.0, height: size.1, margin: 0.0, crop: None };
         let picture = |isa: Isa, seed| {
             let scene = Scene::new(description.clone(), &view).unwrap().with_isa(isa);
             let rendering =
@@ -169,7 +170,7 @@ fn blocks(scene: &Arc<Scene>, settings: &Settings) -> Vec<f64> {
 }
 
 /// Mean and squared standard error of each block over replicas.
-fn replicate(scene: &Arc<Scene>, settings: &Settings, replicas: u64) -> Vec<(f64, f64)> {
+pub(crate) fn replicate(scene: &Arc<Scene>, settings: &Settings, replicas: u64) -> Vec<(f64, f64)> {
     let runs: Vec<Vec<f64>> =
         (0..replicas).map(|seed| blocks(scene, &Settings { seed: 100 + seed, ..settings.clone() })).collect();
     let n = replicas as f64;
@@ -183,7 +184,7 @@ fn replicate(scene: &Arc<Scene>, settings: &Settings, replicas: u64) -> Vec<(f64
 }
 
 /// The largest |t| over blocks of two sets of replicas.
-fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
+pub(crate) fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
     a.iter()
         .zip(b)
         .filter(|((_, va), (_, vb))| va + vb > 0.0)
@@ -191,11 +192,11 @@ fn disagreement(a: &[(f64, f64)], b: &[(f64, f64)]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-const REPLICAS: u64 = 12;
+pub(crate) const REPLICAS: u64 = 12;
 
 /// Two-sided 1e-4 over 6 scenes x 6 lengths x 17 blocks for Student's t with about 2 (12 - 1) degrees of freedom, by
 /// Sidak: 8.0. A few blocks that hold a handful of fireflies have fewer effective degrees of freedom; none does here.
-const LIMIT: f64 = 8.0;
+pub(crate) const LIMIT: f64 = 8.0;
 
 fn check_agreement(name: &str) {
     check_chains(name, &view_of(description(name), (32, 32)));

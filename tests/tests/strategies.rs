@@ -172,7 +172,7 @@ fn coarse_ball() -> PathSpace {
         meshes: vec![ball, floor, lamp],
         placements: vec![placement(0, 0), placement(1, 0), placement(2, 1)],
         materials: vec![white, light],
-        cameras: vec![CameraDescription { name: String::new(), transform, vertical_fov: 0.6 }],
+        cameras: vec![CameraDescription::pinhole(transform, 0.6)],
         ..SceneDescription::default()
     };
     PathSpace { scene: view_of(description, (32, 32)), lengths: Lengths { min_edges: 2, max_edges: 3 } }

@@ -30,7 +30,7 @@ fn hall(length: usize, up: bool) -> PathSpace {
     let z = DVec3::new(0.0, if up { -0.5 } else { 0.2 }, 1.0).normalize();
     let matrix3 = DMat3::from_cols(DVec3::X, z.cross(DVec3::X), z);
     let transform = DAffine3 { matrix3, translation: DVec3::new(0.0, 0.4, 2.5) };
-    let cameras = vec![CameraDescription { name: String::new(), transform, vertical_fov: 0.6 }];
+    let cameras = vec![CameraDescription::pinhole(transform, 0.6)];
     let materials = vec![diffuse, mirror, lamp];
     let description = SceneDescription { meshes, placements, materials, cameras, ..SceneDescription::default() };
     PathSpace { scene: view_of(description, SIZE), lengths: Lengths { min_edges: length, max_edges: length } }

@@ -6,8 +6,8 @@ use std::path::Path;
 use exr::meta::MetaData;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes, ReadChannels,
-    ReadLayers, SmallVec, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, IntegerBounds, Layer, LayerAttributes,
+    ReadChannels, ReadLayers, SmallVec, Vec2, WritableImage,
 };
 
 use crate::files::{FileError, write_whole};
@@ -25,6 +25,15 @@ pub enum Attribute {
     Number(f64),
 }
 
+/// Where a picture lies in a larger one of which it is a part: the file's data window in its display window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Window {
+    /// Column and row of the part's upper left pixel.
+    pub corner: (u32, u32),
+    /// Width and height of the whole.
+    pub whole: (u32, u32),
+}
+
 /// Writes a picture with attributes: channels R, G, B of 32 bits, and `extra` ones of a number a pixel, compressed without
 /// loss.
 ///
@@ -34,6 +43,7 @@ pub enum Attribute {
 pub fn write_exr(
     path: &Path,
     image: &Image,
+    window: Option<Window>,
     extra: &[(&str, &[f64])],
     attributes: &[(&str, Attribute)],
 ) -> Result<(), FileError> {
@@ -49,9 +59,16 @@ pub fn write_exr(
     }
     let size = (image.width as usize, image.height as usize);
     let channels = AnyChannels::sort(channels);
-    let layer = Layer::new(size, header_attributes(attributes), Encoding::SMALL_LOSSLESS, channels);
+    let mut header = header_attributes(attributes);
+    let whole = window.map_or(size, |Window { corner: (x, y), whole: (width, height) }| {
+        header.layer_position = Vec2(x as i32, y as i32);
+        (width as usize, height as usize)
+    });
+    let layer = Layer::new(size, header, Encoding::SMALL_LOSSLESS, channels);
+    let mut exr = ExrImage::from_layer(layer);
+    exr.attributes.display_window = IntegerBounds::from_dimensions(whole);
     let mut bytes = Vec::new();
-    ExrImage::from_layer(layer).write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
+    exr.write().to_buffered(Cursor::new(&mut bytes)).map_err(|e| {
         FileError::new(path, format!("cannot be encoded: {e}"), "Report this, with the scene and the config")
     })?;
     write_whole(path, &bytes)

@@ -13,7 +13,7 @@ mod replicas;
 mod tone;
 
 pub use compare::{Comparison, RELATIVE_EPSILON, TRIMMED_SHARE, compare};
-pub use exr_file::{Attribute, write_exr};
+pub use exr_file::{Attribute, Window, write_exr};
 pub use files::{FileError, check_writable, write_whole};
 pub use flip::{flip_hdr, flip_ldr};
 pub use image::Image;

@@ -47,7 +47,7 @@ fn exr_comes_back_as_it_was_written() {
     let image = pattern(0.0, true);
     let attributes = [("b", Attribute::Number(0.25)), ("scene", Attribute::Text("ring ❤".into()))];
     let levels: Vec<f64> = (0..image.pixels.len()).map(|i| i as f64).collect();
-    write_exr(&path, &image, &[("acceptance", &levels)], &attributes).unwrap();
+    write_exr(&path, &image, None, &[("acceptance", &levels)], &attributes).unwrap();
     let read = read_image(&path).unwrap();
     let rounded: Vec<_> = image.pixels.iter().map(|p| p.map(|v| f64::from(v as f32))).collect();
     assert_eq!((read.width, read.height, read.pixels), (image.width, image.height, rounded));
@@ -80,7 +80,7 @@ fn what_cannot_be_written_or_read_leaves_nothing_and_says_why() {
     let nowhere = folder.0.join("missing").join("a.exr");
     for error in [
         check_writable(&nowhere).unwrap_err(),
-        write_exr(&nowhere, &image, &[], &[]).unwrap_err(),
+        write_exr(&nowhere, &image, None, &[], &[]).unwrap_err(),
         write_png(&nowhere, &image, Exposure::Automatic).unwrap_err(),
         check_writable(&folder.0).unwrap_err(),
         read_image(&nowhere).unwrap_err(),
@@ -98,7 +98,7 @@ fn what_cannot_be_written_or_read_leaves_nothing_and_says_why() {
 fn a_damaged_exr_is_an_error_and_no_panic() {
     let folder = Folder::new("damage");
     let path = folder.0.join("a.exr");
-    write_exr(&path, &pattern(0.0, false), &[], &[]).unwrap();
+    write_exr(&path, &pattern(0.0, false), None, &[], &[]).unwrap();
     let whole = std::fs::read(&path).unwrap();
     let mut state = 7u64;
     let mut next = || {

@@ -178,6 +178,7 @@ impl Asset {
         let matrix3 = DMat3::from_cols(right, direction.cross(right), direction);
         let transform = DAffine3 { matrix3, translation: eye };
         let name = "framing".to_string();
-        transform.is_finite().then_some(CameraDescription { name, transform, vertical_fov: FRAMING_FOV })
+        let camera = CameraDescription { name, ..CameraDescription::pinhole(transform, FRAMING_FOV) };
+        transform.is_finite().then_some(camera)
     }
 }

@@ -8,8 +8,9 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use gltf::json::accessor::Accessor;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light, Type};
 use gltf::json::validation::Checked;
-use gltf::json::{self, Index, Node};
+use gltf::json::{Index, Node};
 
+use crate::camera;
 use crate::document::{Document, get};
 use crate::error::{Flaw, Trouble};
 use crate::library::Library;
@@ -241,24 +242,10 @@ fn place_camera(
     let Some(index) = node.camera else { return Ok(()) };
     let camera = get(&document.root.cameras, index, "cameras", &format!("{place}.camera"))?;
     let place = format!("cameras[{}]", index.value());
-    let perspective = match (camera.type_, &camera.perspective) {
-        (Checked::Valid(json::camera::Type::Perspective), Some(perspective)) => perspective,
-        (Checked::Valid(json::camera::Type::Perspective), None) => {
-            return Err(Flaw::malformed(place, "is a perspective camera without perspective"));
-        }
-        _ => {
-            warnings.note("Orthographic cameras", place, "are not supported and cannot be chosen");
-            return Ok(());
-        }
-    };
-    let vertical_fov = f64::from(perspective.yfov);
-    if !(vertical_fov > 0.0 && vertical_fov < PI) {
-        let problem = format!("is {vertical_fov}; it must lie between 0 and pi");
-        return Err(Flaw::malformed(format!("{place}.perspective.yfov"), problem));
-    }
+    let projection = camera::projection(camera, &place, warnings)?;
     let camera_name = camera.name.clone().unwrap_or_default();
     let name = node.name.clone().unwrap_or_else(|| camera_name.clone());
-    let description = CameraDescription { name, transform, vertical_fov };
+    let description = CameraDescription { name, transform, projection };
     world.cameras.push(PlacedCamera { number: index.value(), camera_name, description });
     Ok(())
 }

@@ -14,6 +14,7 @@
 
 mod accessor;
 mod asset;
+mod camera;
 mod container;
 mod document;
 mod draco;

@@ -1,8 +1,8 @@
 //! glTF materials with their extensions.
 
-use ergodic_scattering::{Material, Rgb, SpecularGlossiness, TextureUse};
+use ergodic_scattering::{AlphaMode, Material, Rgb, SpecularGlossiness, TextureUse};
 use gltf::json;
-use gltf::json::material::{AlphaMode, NormalTexture};
+use gltf::json::material::NormalTexture;
 use gltf::json::texture::Info;
 use gltf::json::validation::Checked;
 use serde::Deserialize;
@@ -114,13 +114,14 @@ pub(crate) fn read(
 ) -> Result<Material, Flaw> {
     let json = &document.root.materials[index];
     let place = format!("materials[{index}]");
-    note_alpha(json, &place, warnings);
     let mut reader = Reader { document, textures, warnings, place };
     let name = json.name.clone().unwrap_or_default();
     let mut material = Material { name, double_sided: json.double_sided, ..Material::default() };
 
     let base = &json.pbr_metallic_roughness;
-    let [r, g, b, _] = base.base_color_factor.0;
+    let [r, g, b, alpha] = base.base_color_factor.0;
+    material.alpha = reader.share(alpha, "pbrMetallicRoughness.baseColorFactor[3]")?;
+    material.alpha_mode = alpha_mode(json, &reader.place)?;
     material.base_color = reader.shares([r, g, b], "pbrMetallicRoughness.baseColorFactor")?;
     material.base_color_texture =
         reader.texture(base.base_color_texture.as_ref(), Encoding::Srgb, "pbrMetallicRoughness.baseColorTexture")?;
@@ -140,6 +141,9 @@ pub(crate) fn read(
     material.emission_texture = reader.texture(json.emissive_texture.as_ref(), Encoding::Srgb, "emissiveTexture")?;
     if let Some(extensions) = &json.extensions {
         read_extensions(extensions, &mut material, &mut reader)?;
+    }
+    if material.alpha_mode != AlphaMode::Opaque && material.is_solid() {
+        reader.warnings.note("Alpha of refracting solids", &reader.place, "is not supported: they are whole");
     }
     Ok(material)
 }
@@ -230,7 +234,8 @@ impl Default for OldWorkflow {
 /// index of 0, which reflects everything, times the specular colour.
 fn read_specular_glossiness(old: &OldWorkflow, material: &mut Material, reader: &mut Reader<'_>) -> Result<(), Flaw> {
     let at = |name: &str| format!("extensions.{OLD_WORKFLOW}.{name}");
-    let [r, g, b, _] = old.diffuse_factor;
+    let [r, g, b, alpha] = old.diffuse_factor;
+    material.alpha = reader.share(alpha, &at("diffuseFactor[3]"))?;
     material.base_color = reader.shares([r, g, b], &at("diffuseFactor"))?;
     material.base_color_texture =
         reader.texture(old.diffuse_texture.as_ref(), Encoding::Srgb, &at("diffuseTexture"))?;
@@ -250,6 +255,10 @@ fn make_unlit(material: &mut Material) {
     *material = Material {
         name: std::mem::take(&mut material.name),
         double_sided: material.double_sided,
+        alpha_mode: material.alpha_mode,
+        alpha: material.alpha,
+        // Black as it is, it has the alpha.
+        base_color_texture: material.base_color_texture.filter(|_| material.alpha_mode != AlphaMode::Opaque),
         emission: material.base_color,
         emission_texture: material.base_color_texture,
         base_color: Rgb::ZERO,
@@ -260,10 +269,19 @@ fn make_unlit(material: &mut Material) {
     };
 }
 
-fn note_alpha(material: &json::Material, place: &str, warnings: &mut Warnings) {
+fn alpha_mode(material: &json::Material, place: &str) -> Result<AlphaMode, Flaw> {
     match material.alpha_mode {
-        Checked::Valid(AlphaMode::Opaque) | Checked::Invalid => {}
-        Checked::Valid(AlphaMode::Mask) => warnings.note("alphaMode MASK", place, "is not supported: shown opaque"),
-        Checked::Valid(AlphaMode::Blend) => warnings.note("alphaMode BLEND", place, "is not supported: shown opaque"),
+        Checked::Valid(json::material::AlphaMode::Opaque) | Checked::Invalid => Ok(AlphaMode::Opaque),
+        Checked::Valid(json::material::AlphaMode::Blend) => Ok(AlphaMode::Blend),
+        Checked::Valid(json::material::AlphaMode::Mask) => {
+            let cutoff = material.alpha_cutoff.map_or(0.5, |cutoff| f64::from(cutoff.0));
+            if !(cutoff >= 0.0 && cutoff.is_finite()) {
+                return Err(Flaw::malformed(
+                    format!("{place}.alphaCutoff"),
+                    format!("is {cutoff}; it must not be negative"),
+                ));
+            }
+            Ok(AlphaMode::Mask { cutoff })
+        }
     }
 }

@@ -57,6 +57,7 @@ fn place(finding: &Finding, description: &SceneDescription) -> String {
                 Effect::Environment => "map",
                 Effect::VertexColors => "mesh with it",
                 Effect::Instances => "placement",
+                Effect::Aperture | Effect::Orthographic => "camera",
                 _ => "light",
             },
         ));
@@ -68,8 +69,10 @@ fn place(finding: &Finding, description: &SceneDescription) -> String {
 }
 
 /// What `ergodic inspect` says: the effects found and what they mean, those absent and what is saved, the mutations that never apply.
+///
+/// The camera is the file's first.
 pub fn lines(description: &SceneDescription, mutations: &[(f64, AnyMutation)]) -> Vec<String> {
-    let census = Census::of(description);
+    let census = Census::of(description, description.cameras.first());
     let found = census.effects();
     let rows = |on: bool| -> Vec<Vec<String>> {
         let findings = census.findings().iter().filter(|finding| found.has(finding.effect) == on);

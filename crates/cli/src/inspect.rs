@@ -1,8 +1,9 @@
 //! `ergodic inspect`.
 
 use ergodic_assets::{Asset, load_variant};
+use ergodic_pathspace::Projection;
 use ergodic_render::Settings;
-use ergodic_scattering::{Material, MaterialLayers, PunctualLight};
+use ergodic_scattering::{AlphaMode, Material, MaterialLayers, PunctualLight};
 
 use crate::error::CliError;
 use crate::options::InspectOptions;
@@ -49,7 +50,7 @@ fn lines(asset: &Asset) -> Vec<String> {
         lines.push(format!("  from {low:.4} to {high:.4}"));
     }
 
-    section(&mut lines, "Cameras", &cameras(asset), &["number", "name", "vertical field of view", "position"]);
+    section(&mut lines, "Cameras", &cameras(asset), &["number", "name", "vertical field of view", "lens", "position"]);
     if description.cameras.is_empty() {
         lines.push("no camera: a picture would frame the whole scene from the front".into());
     }
@@ -96,8 +97,17 @@ fn cameras(asset: &Asset) -> Vec<Vec<String>> {
         } else {
             format!("{} ({own_name})", camera.name)
         };
-        let degrees = camera.vertical_fov.to_degrees();
-        vec![number.to_string(), name, format!("{degrees:.2} degrees"), format!("{:.4}", camera.transform.translation)]
+        let (view, lens) = match camera.projection {
+            Projection::Perspective { vertical_fov, lens } => {
+                (format!("{:.2} degrees", vertical_fov.to_degrees()), lens)
+            }
+            Projection::Orthographic { height, .. } => (format!("{height:.4} high, orthographic"), None),
+        };
+        let lens = lens.map_or("none".into(), |lens| {
+            let shape = if lens.blades == 0 { "disk".into() } else { format!("{} blades", lens.blades) };
+            format!("radius {:.4}, {shape}, focus at {:.4}", lens.radius, lens.focus_distance)
+        });
+        vec![number.to_string(), name, view, lens, format!("{:.4}", camera.transform.translation)]
     };
     asset.description.cameras.iter().zip(&asset.summary.cameras).map(row).collect()
 }
@@ -205,6 +215,11 @@ fn material(material: &Material) -> Vec<String> {
     }
     if material.is_solid() && material.absorption.max_element() > 0.0 {
         more.push(format!("absorbs {:.3}", material.absorption));
+    }
+    match material.alpha_mode {
+        AlphaMode::Opaque => {}
+        AlphaMode::Mask { cutoff } => more.push(format!("there where alpha is at least {cutoff:.3}")),
+        AlphaMode::Blend => more.push(format!("covers by alpha, {:.3}", material.alpha)),
     }
     if material.emission.max_element() > 0.0 {
         more.push("emits".into());

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use ergodic_assess::{Attribute, Exposure, FileError, Image, check_writable, write_exr, write_png, write_whole};
+use ergodic_assess::{
+    Attribute, Exposure, FileError, Image, Window, check_writable, write_exr, write_png, write_whole,
+};
 use ergodic_render::{Picture, Rendering, Settings};
 
 use crate::census::PlanStats;
@@ -61,7 +63,8 @@ impl Outputs {
                 ("standard_error", &layers.standard_error),
             ]
         });
-        write_exr(&self.exr, &image, &extra, &attributes(source, settings, rendering))?;
+        let window = settings.crop.map(|(left, top, ..)| Window { corner: (left, top), whole: settings.size });
+        write_exr(&self.exr, &image, window, &extra, &attributes(source, settings, rendering))?;
         write_png(&self.png, &image, exposure)?;
         let json = Stats::new(source, settings, rendering, interrupted).to_json();
         let json = json.map_err(|e| CliError::Said(format!("{} cannot be encoded: {e}", self.stats.display())))?;

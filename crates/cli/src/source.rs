@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ergodic_assets::{Asset, from_bytes_variant, load_variant};
-use ergodic_pathspace::{Plan, Scene};
+use ergodic_pathspace::{Plan, Projection, Scene};
 use ergodic_render::{LightUnits, Settings};
 
 use crate::error::CliError;
@@ -90,13 +90,20 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
     if framed {
         say(&format!("{name} has no camera: it is seen from the front, framed whole"));
     }
+    if settings.lens.is_some() && matches!(camera.projection, Projection::Orthographic { .. }) {
+        let text = format!(
+            "lens: {name} is seen by an orthographic camera, which has none; leave it out, or name another camera"
+        );
+        return Err(CliError::Said(text));
+    }
     let Asset { mut description, file, .. } = asset;
     description.environment = environment;
-    let plan = description.plan(&settings.effects);
+    let mut view = settings.view(camera);
+    let plan = description.plan(&mut view.camera, &settings.effects);
     for effect in plan.missing().iter() {
         say(&format!("warning: {} is forced off, so the picture lacks what the scene has of it", effect.name()));
     }
-    let scene = Scene::new(description, &settings.view(camera)).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
+    let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
     Ok(Source { scene: Arc::new(scene), name, plan })
 }
 

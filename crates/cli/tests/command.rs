@@ -168,7 +168,7 @@ fn errors_are_one_paragraph_exit_with_2_and_write_nothing() {
     folder.write("zero.ron", "(max_edges: 0)");
     folder.write("not.glb", "glTF, but not really");
     let before = folder.files();
-    let cases: [(&[&str], &[&str]); 16] = [
+    let cases: [(&[&str], &[&str]); 19] = [
         (&["missing.glb"], &["missing.glb", "cannot be read"]),
         (&["not.glb"], &["not.glb"]),
         (&[&cornell, "--camera", "nowhere"], &["no camera \"nowhere\"", "Its cameras are"]),
@@ -183,6 +183,12 @@ fn errors_are_one_paragraph_exit_with_2_and_write_nothing() {
         (&[&cornell, "--config", "wrong.ron"], &["wrong.ron, line 1", "metropolis", "`bidirectional`"]),
         (&[&cornell, "--config", "zero.ron"], &["zero.ron", "max_edges is 0", "from 1"]),
         (&[&cornell, "--set", "mlt.chans=3"], &["\"chans\"", "chains"]),
+        (&[&cornell, "--set", "crop=(5, 0, 5, 9)"], &["crop is (5, 0, 5, 9)", "left < right <= 384"]),
+        (
+            &[&cornell, "--set", "lens=(radius: 1.0, focus_distance: 0.0)"],
+            &["lens.focus_distance is 0", "greater than 0"],
+        ),
+        (&[&cornell, "--set", "lens=(radius: 1.0)"], &["lens", "focus_distance"]),
         (&[&cornell, "--method", "magic"], &["path, bidirectional, mlt"]),
         (&[&cornell, "--time", "1s", "--samples-per-pixel", "3"], &["cannot be used with"]),
     ];
@@ -196,6 +202,34 @@ fn errors_are_one_paragraph_exit_with_2_and_write_nothing() {
         assert!(said.starts_with("error: ") && !said.contains("panicked") && said.lines().count() < 16, "{said}");
         assert_eq!(folder.files(), before, "{arguments:?} left something behind");
     }
+}
+
+#[test]
+fn a_window_is_rendered_through_a_lens_and_the_file_says_where_it_lies() {
+    let folder = Folder::new("window");
+    let scene = scene("cornell");
+    let mut arguments = vec!["render", &scene, "-o", "part"];
+    arguments.extend(QUICK);
+    arguments.extend(["--set", "crop=(3, 2, 13, 9)", "--set", "lens=(radius: 0.02, focus_distance: 1.0, blades: 6)"]);
+    let output = folder.run(&arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let stats: Value = serde_json::from_slice(&fs::read(folder.0.join("part.stats.json")).unwrap()).unwrap();
+    assert_eq!((stats["width"].as_u64(), stats["height"].as_u64()), (Some(10), Some(7)));
+    let config = stats["config"].as_str().unwrap();
+    assert!(config.contains("crop: (3, 2, 13, 9)") && config.contains("blades: 6"), "{config}");
+    let header = fs::read(folder.0.join("part.exr")).unwrap();
+    let window = |name: &str| {
+        let at = header.windows(name.len()).position(|bytes| bytes == name.as_bytes()).expect("every EXR has windows");
+        // The name, its type box2i and the size, then four integers: the lowest and the highest column and row.
+        let start = at + name.len() + 1 + "box2i".len() + 1 + 4;
+        let number = |i: usize| i32::from_le_bytes(header[start + 4 * i..start + 4 * i + 4].try_into().unwrap());
+        [number(0), number(1), number(2), number(3)]
+    };
+    assert_eq!((window("dataWindow"), window("displayWindow")), ([3, 2, 12, 8], [0, 0, 23, 15]));
+    // The settings that were written can be read.
+    folder.write("again.ron", config);
+    assert!(folder.run(&["render", "--config", "again.ron", "-q", "-o", "again"]).status.success());
+    assert_eq!(fs::read(folder.0.join("part.png")).unwrap(), fs::read(folder.0.join("again.png")).unwrap());
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! triangles than it must, never fewer. The triangle test that decides is watertight and runs in world space, so a hit
 //! has the same bits whether its mesh is baked into the static tree or shared by several instances.
 
+mod covering;
 mod epsilon;
 mod error;
 mod frame;

@@ -184,10 +184,28 @@ impl World {
         anchor.position + anchor.normal * offset
     }
 
+    /// How far off the surface rays start.
+    #[inline]
+    pub(crate) fn offset(&self) -> f64 {
+        self.offset
+    }
+
     /// The ray that leaves `anchor` along the unit vector `direction` without hitting the surface it starts on.
     #[inline]
     pub fn spawn(&self, anchor: &Anchor, direction: DVec3) -> Ray {
         Ray { origin: self.lifted(anchor, direction), direction }
+    }
+
+    /// The segment between two points, from its lexicographically lower end, both ends off their surface towards the other; `None`
+    /// between points so near to each other that the offsets would pass.
+    #[inline]
+    pub(crate) fn segment(&self, a: &Anchor, b: &Anchor) -> Option<(DVec3, DVec3)> {
+        let across = b.position - a.position;
+        if across.length_squared() <= 4.0 * self.offset * self.offset {
+            return None;
+        }
+        let (a, b) = (self.lifted(a, across), self.lifted(b, -across));
+        Some(if a.to_array() <= b.to_array() { (a, b) } else { (b, a) })
     }
 
     /// Whether nothing lies strictly between two points. Swapping them gives the same answer: both leave their surface
@@ -197,13 +215,7 @@ impl World {
     /// trusted, and they are met only where one point was computed twice.
     #[inline]
     pub fn visible(&self, a: &Anchor, b: &Anchor) -> bool {
-        let across = b.position - a.position;
-        if across.length_squared() <= 4.0 * self.offset * self.offset {
-            return false;
-        }
-        let (a, b) = (self.lifted(a, across), self.lifted(b, -across));
-        let (low, high) = if a.to_array() <= b.to_array() { (a, b) } else { (b, a) };
-        !self.blocked(low, high - low, 1f64.next_down())
+        self.segment(a, b).is_some_and(|(low, high)| !self.blocked(low, high - low, 1f64.next_down()))
     }
 
     /// Whether nothing lies between a point and infinity along the unit vector `direction`.

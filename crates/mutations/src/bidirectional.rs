@@ -2,14 +2,15 @@
 //! bidirectional sampling between the two ends that are kept. It alone makes the chain ergodic.
 //!
 //! With l the last kept vertex on the light's side (-1 if none) and m the first kept on the eye's, `prefix` = l + 1 and
-//! `suffix` = k + 1 - m. The pinhole is always kept: sampling it again would give the same point.
+//! `suffix` = k + 1 - m. A pinhole or an orthographic camera is always kept: sampling it again would give the same vertex. A lens
+//! may be deleted, m = k + 1, and a new point of it is sampled.
 
 use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace, Scene, density};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
-use crate::chains::{connect, trace};
+use crate::chains::{connect, trace, trace_sight};
 use crate::{PathMutation, Rejection, Splice};
 
 /// Bidirectional mutation.
@@ -57,21 +58,33 @@ fn changes_up_to(most: usize) -> f64 {
 struct Choices {
     /// Edges of the path that is changed.
     k: usize,
+    /// Whether the camera's vertex may be deleted, so that the suffix may be 0.
+    lens: bool,
 }
 
 impl Choices {
-    /// Number of places for a deletion of `deleted` edges: m - l = deleted, -1 <= l, m <= k. Deleting only the edge
-    /// before vertex 0, which is none, changes nothing.
+    fn new(space: &PathSpace, x: &Path) -> Self {
+        Self { k: x.length(), lens: space.scene.camera().has_aperture() }
+    }
+
+    /// Number of places for a deletion of `deleted` edges: m - l = deleted, -1 <= l, m <= k, or k + 1 with a lens. Deleting only
+    /// the edge before vertex 0 or behind the camera, which is none, changes nothing.
     fn places(&self, deleted: usize) -> usize {
-        if deleted == 1 { self.k } else { self.k + 2 - deleted }
+        if deleted == 1 { self.k } else { self.max_deleted() + 1 - deleted }
     }
 
     fn max_deleted(&self) -> usize {
-        self.k + 1
+        self.k + 1 + usize::from(self.lens)
+    }
+
+    /// The ways to split `inserted` edges, all as likely: how many vertices come from the light's side. All of them can, unless the
+    /// camera's is among them.
+    fn splits(suffix: usize, inserted: usize) -> usize {
+        inserted - usize::from(suffix == 0)
     }
 
     fn deletion_total(&self) -> f64 {
-        // 1/4 + 1/2 + sum over n = 3 ..= k + 1 of 2^-n.
+        // 1/4 + 1/2 + sum over n = 3 ..= most of 2^-n.
         match self.max_deleted() {
             2 => 0.75,
             most => 1.0 - halving(most),
@@ -104,8 +117,10 @@ impl Choices {
     fn insertions(&self, space: &PathSpace, prefix: usize, deleted: usize) -> std::ops::RangeInclusive<usize> {
         let kept = self.k as isize - deleted as isize;
         let least_allowed = space.lengths.min_edges.max(1) as isize - kept;
-        // One edge in place of one is the same path; one edge before vertex 0 would make no light vertex.
-        let least_change = if deleted == 1 || prefix == 0 { 2 } else { 1 };
+        // One edge in place of one is the same path; one edge before vertex 0 would make no light vertex, one behind the camera
+        // no camera.
+        let camera_goes = prefix + deleted == self.k + 2;
+        let least_change = if deleted == 1 || prefix == 0 || camera_goes { 2 } else { 1 };
         let least = least_allowed.max(least_change).max(deleted as isize - MAX_CHANGE as isize);
         let most = (space.lengths.max_edges as isize - kept).min((deleted + MAX_CHANGE) as isize);
         least as usize..=most.max(0) as usize
@@ -178,7 +193,7 @@ impl Bidirectional {
                 let u = [rng.uniform(), rng.uniform(), rng.uniform()];
                 let (w, component) = before.interaction.sample(w_from, u).ok_or(Rejection::Absorbed)?;
                 before.component = component;
-                trace(scene, y, i - 1, i, w)?;
+                trace(scene, y, i - 1, i, w, rng)?;
             }
         }
         Ok(())
@@ -195,17 +210,20 @@ impl Bidirectional {
         let scene = &*space.scene;
         let k = y.length();
         for i in (last + 1 - count..=last).rev() {
-            let w = if i + 1 == k {
-                scene.camera().sample([rng.uniform(), rng.uniform()])
+            if i == k {
+                y.vertices[k] = scene.sample_eye(rng);
+            } else if i + 1 == k {
+                let camera = scene.camera();
+                let raster = camera.sample_raster([rng.uniform(), rng.uniform()]);
+                trace_sight(scene, y, &camera.sight(y.vertices[k].position, raster), rng)?;
             } else {
                 let before = &mut y.vertices[i + 1];
                 let u = [rng.uniform(), rng.uniform(), rng.uniform()];
                 let (w, component) =
                     before.interaction.sample(y.edges[i + 1].direction, u).ok_or(Rejection::Absorbed)?;
                 before.component = component;
-                w
-            };
-            trace(scene, y, i + 1, i, w)?;
+                trace(scene, y, i + 1, i, w, rng)?;
+            }
         }
         Ok(())
     }
@@ -245,19 +263,19 @@ impl Mutation for Bidirectional {
     ) -> Result<Splice, Rejection> {
         let scene = &*space.scene;
         let k = x.length();
-        let choices = Choices { k };
+        let choices = Choices::new(space, x);
         let (prefix, deleted) = choices.choose_deletion(rng);
         let inserted = choices.choose_insertion(space, prefix, deleted, rng).ok_or(Rejection::NoLength)?;
-        // s vertices from the light's side, the others from the eye's: `inserted` ways, all as likely.
-        let s = rng.below(inserted);
-        let t = inserted - 1 - s;
         // m = l + deleted, so the suffix is what follows vertex m - 1 = prefix + deleted - 2.
         let first_kept = prefix + deleted - 1;
+        let suffix = k + 1 - first_kept;
+        // s vertices from the light's side, the others from the eye's.
+        let s = rng.below(Choices::splits(suffix, inserted));
+        let t = inserted - 1 - s;
         if !(prefix..=first_kept).any(|s| density::strategy_exists(&x.vertices, s)) {
             // A run of Dirac vertices between kept ones: no split could sample it again, so there is no way back.
             return Err(Rejection::NotConnectable);
         }
-        let suffix = k + 1 - first_kept;
         let new_end = prefix + inserted - 1;
         y.begin(x, prefix, inserted - 1, suffix);
         // A walk says by which component it leaves the last vertex that is kept.
@@ -298,10 +316,10 @@ impl Mutation for Bidirectional {
         let new_end = to.vertices.len() - suffix;
         let inserted = new_end - prefix + 1;
         let deleted = from.vertices.len() - suffix - prefix + 1;
-        let choices = Choices { k: from.length() };
+        let choices = Choices::new(space, from);
         let discrete = choices.deletion_probability(prefix, deleted)
             * choices.insertion_probability(space, prefix, deleted, inserted)
-            / inserted as f64;
+            / Choices::splits(suffix, inserted) as f64;
         if discrete <= 0.0 {
             return Density::ZERO;
         }

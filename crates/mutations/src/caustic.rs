@@ -48,7 +48,7 @@ impl Caustic {
     /// the edges that move. From infinitely far away it is a range of lengths: the pixels' size at x_{k-1}.
     fn range(&self, space: &PathSpace, x: &Path, start: usize) -> JumpRange {
         let k = x.length();
-        let size_of_pixel = space.scene.camera().radians_per_pixel() * x.edges[k - 1].length;
+        let size_of_pixel = space.scene.camera().length_per_pixel(x.edges[k - 1].length);
         let jumps = crate::image_jumps(space, self.min_pixels, self.image_share);
         if x.vertices[start].is_distant() {
             return jumps.scaled(size_of_pixel, f64::INFINITY);
@@ -102,11 +102,11 @@ impl Mutation for Caustic {
         let in_range = if x.vertices[start].is_distant() {
             let (frame, shift) = (Frame::from_normal(direction), range.displace(rng));
             let through = x.vertices[1].position + frame.t * shift.x + frame.b * shift.y;
-            y.vertices[1] = scene.trace_parallel(direction, through).ok_or(Rejection::Escaped)?;
+            y.vertices[1] = scene.trace_parallel(direction, through, rng).ok_or(Rejection::Escaped)?;
             y.derive_edges(scene, 0, 1);
             Self::pdf_of_move(&range, x, y, start) > 0.0
         } else {
-            trace(scene, y, start, start + 1, range.turn(direction, rng))?;
+            trace(scene, y, start, start + 1, range.turn(direction, rng), rng)?;
             range.allows_turn(direction, y.edges[start].direction)
         };
         if !in_range {
@@ -114,7 +114,7 @@ impl Mutation for Caustic {
         }
         for i in start + 1..k - 1 {
             let w = follow(&mut y.vertices[i], -y.edges[i - 1].direction, x.vertices[i].component)?;
-            trace(scene, y, i, i + 1, w)?;
+            trace(scene, y, i, i + 1, w, rng)?;
         }
         if !y.vertices[k - 1].interaction.has_rough() {
             return Err(Rejection::NotConnectable);

@@ -1,7 +1,8 @@
 //! Dirac chains: runs of specular vertices that a perturbation carries through with the same components.
 
+use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{Path, Scene, Vertex};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Sight};
 use glam::DVec3;
 
 use crate::Rejection;
@@ -18,16 +19,41 @@ pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -
 /// Makes vertex `to` of `y` what vertex `from`, its neighbour, sees in direction `w`, and derives the edge between them. Only
 /// vertex 0, the light end, may be the environment.
 #[inline]
-pub(crate) fn trace(scene: &Scene, y: &mut Path, from: usize, to: usize, w: DVec3) -> Result<(), Rejection> {
+pub(crate) fn trace(
+    scene: &Scene,
+    y: &mut Path,
+    from: usize,
+    to: usize,
+    w: DVec3,
+    rng: &mut impl RandomSource,
+) -> Result<(), Rejection> {
     let first = from.min(to);
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
     let is_light_end = to == 0;
     let (from, to) = if from < to { (low, high) } else { (high, low) };
-    let found = if is_light_end { scene.look_to(from, w, to) } else { scene.trace_to(from, w, to) };
+    let found = if is_light_end { scene.look_to(from, w, to, rng) } else { scene.trace_to(from, w, to, rng) };
     if !found {
         return Err(Rejection::Escaped);
     }
     y.derive_edges(scene, first, first + 1);
+    Ok(())
+}
+
+/// Makes vertex k - 1 of `y` what the camera, which is vertex k, sees on a line of sight, and derives the edge between them.
+#[inline]
+pub(crate) fn trace_sight(
+    scene: &Scene,
+    y: &mut Path,
+    sight: &Sight,
+    rng: &mut impl RandomSource,
+) -> Result<(), Rejection> {
+    let k = y.length();
+    let [seen, eye] = &mut y.vertices[k - 1..] else { return Err(Rejection::Escaped) };
+    let found = if k == 1 { scene.look_along(eye, sight, seen, rng) } else { scene.trace_sight(eye, sight, seen, rng) };
+    if !found {
+        return Err(Rejection::Escaped);
+    }
+    y.derive_edges(scene, k - 1, k);
     Ok(())
 }
 
@@ -51,7 +77,7 @@ pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejec
     if (y.scattering[i] * y.scattering[i + 1]).max_element() <= 0.0 {
         return Err(Rejection::Dark);
     }
-    if !scene.mutually_visible(&y.vertices[i], &y.vertices[i + 1]) {
+    if !scene.connects(&y.vertices[i], &y.vertices[i + 1], &y.edges[i]) {
         return Err(Rejection::Occluded);
     }
     Ok(())

@@ -1,11 +1,11 @@
-//! Perturbations that start at the eye: the image point moves, and the path is traced again through its Dirac chains up to
+//! Perturbations that start at the eye: the image point moves, the point of a lens stays, and the path is traced again through its Dirac chains up to
 //! a vertex that is connected to the rest, or that lands on the light. Lens and multi-chain perturbation are both this.
 
 use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
 use ergodic_scattering::Component;
 
-use crate::chains::{connect, dirac_factor, follow, trace};
+use crate::chains::{connect, dirac_factor, follow, trace, trace_sight};
 use crate::jump::JumpRange;
 use crate::{Rejection, Splice};
 
@@ -32,13 +32,18 @@ impl EyeSide {
         let camera = scene.camera();
         let k = x.length();
         let image_point = x.raster.ok_or(Rejection::OffFilm)? + self.image.displace(rng);
-        let mut w = camera.direction(image_point);
-        if camera.raster(w).is_none() {
+        let sight = camera.sight(x.vertices[k].position, image_point);
+        if camera.raster(&sight).is_none() {
             return Err(Rejection::OffFilm);
         }
+        let mut w = sight.direction;
         y.begin(x, start, k - start, 1);
         for i in (start..k).rev() {
-            trace(scene, y, i + 1, i, w)?;
+            if i + 1 == k {
+                trace_sight(scene, y, &sight, rng)?;
+            } else {
+                trace(scene, y, i + 1, i, w, rng)?;
+            }
             if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
                 let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
                 if !turn.allows_turn(-x.edges[i].direction, -y.edges[i].direction) {
@@ -87,8 +92,13 @@ impl EyeSide {
         };
         let mut density = Density::ONE;
         density.multiply(self.image.pdf_area(raster_to - raster_from));
-        // Raster area per solid angle: the responsivity is that over the image's area (see Camera).
-        density.multiply(to.scattering[k].x * space.scene.camera().image_area_pixels());
+        // Raster area per solid angle, or per area of an orthographic film: the responsivity is that over the image's area, and of
+        // a lens over its aperture (see Camera).
+        let camera = space.scene.camera();
+        density.multiply(to.scattering[k].x * camera.image_area_pixels());
+        if let Some(factor) = camera.aperture_factor(-to.edges[k - 1].direction) {
+            density.multiply(factor);
+        }
         for i in (start..k).rev() {
             density.multiply(to.edges[i].to_light_side);
             if i > start {

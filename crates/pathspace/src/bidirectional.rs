@@ -89,13 +89,14 @@ impl BidirectionalSampler {
     /// Connects the first `s` vertices of the light walk with the first `t` of the eye walk.
     pub fn connect(&self, scene: &Scene, s: usize, t: usize) -> Option<Connection> {
         let (estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };
-        let raster = if t == 1 {
-            let eye_side = &self.eye.vertices[0];
-            let edge = Edge::new(scene, &self.light.vertices[s - 1], eye_side);
-            scene.camera().raster(-edge.direction)?
+        let eye = &self.eye.vertices[0];
+        let seen = if t == 1 {
+            let last = &self.light.vertices[s - 1];
+            Edge::new(scene, last, eye).sight(last, eye)
         } else {
-            scene.camera().raster(-self.eye.edges[0].direction)?
+            self.eye.edges[0].sight(&self.eye.vertices[1], eye)
         };
+        let raster = scene.camera().raster(&seen)?;
         let weight = joint.weight(&self.roulette);
         if !is_usable_number(Place::Weight, weight) {
             return None;
@@ -140,18 +141,21 @@ impl BidirectionalSampler {
             y.interaction.eval(-light.edges[s - 2].direction, w, Component::Rough)
         };
         let from_z = if t == 1 {
-            Rgb::splat(scene.camera().responsivity(-w))
+            Rgb::splat(scene.camera().responsivity(&edge.sight(y, z)))
         } else {
             z.interaction.eval(-w, eye.edges[t - 2].direction, Component::Rough)
         };
         let estimate =
             light.throughput[s - 1] * from_y * (edge.geometry * edge.transmittance) * from_z * eye.throughput[t - 1];
-        if !is_usable(Place::Connection, estimate) || estimate.max_element() <= 0.0 || !scene.mutually_visible(y, z) {
+        if !is_usable(Place::Connection, estimate) || estimate.max_element() <= 0.0 || !scene.connects(y, z, &edge) {
             return None;
         }
         let pdf_y_to_z = if s == 1 { scene.emission_pdf(y, w) } else { rough_pdf(y, -light.edges[s - 2].direction, w) };
-        let pdf_z_to_y =
-            if t == 1 { scene.camera().pdf_solid_angle(-w) } else { rough_pdf(z, eye.edges[t - 2].direction, -w) };
+        let pdf_z_to_y = if t == 1 {
+            scene.camera().pdf_sight(&edge.sight(y, z))
+        } else {
+            rough_pdf(z, eye.edges[t - 2].direction, -w)
+        };
         // The camera cannot be hit, so with t = 1 its own density from the light stays 0.
         let z_from_light = if t == 1 { 0.0 } else { pdf_y_to_z * edge.to_eye_side };
         let before_z =

@@ -6,10 +6,12 @@
 
 use std::fmt;
 
-use ergodic_scattering::{Bsdf, Component, Material, MaterialLayers, PunctualLight, SMOOTH_ALPHA, TextureUse};
+use ergodic_scattering::{
+    AlphaMode, Bsdf, Component, Material, MaterialLayers, PunctualLight, SMOOTH_ALPHA, TextureUse,
+};
 use serde::{Deserialize, Serialize};
 
-use crate::SceneDescription;
+use crate::{CameraDescription, Projection, SceneDescription};
 
 macro_rules! effects {
     ($($(#[$doc:meta])* $variant:ident: $name:literal, $on:literal, $off:literal;)+) => {
@@ -63,6 +65,10 @@ effects! {
     Layers: "layers", "the layered surface with all its effects is evaluated", "surfaces are Lambertian or core glTF's";
     /// Solids that absorb.
     Absorption: "absorption", "edges carry Beer's transmittance, vertices know what they are in", "edges carry no transmittance";
+    /// Surfaces that are there in some places only (alphaMode MASK).
+    Masks: "alpha masks", "rays ask what they meet whether it is there", "every surface is whole";
+    /// Surfaces that cover a share of what lies behind them (alphaMode BLEND).
+    Blending: "alpha blending", "visibility is a number, rays may pass what they meet", "visibility is yes or no";
     /// Surfaces that emit.
     EmittingSurfaces: "emitting surfaces", "lights have points, and rays from the eye can end on them", "rays from the eye end on no light";
     /// Surfaces whose emission a texture changes.
@@ -73,6 +79,10 @@ effects! {
     DistantLights: "directional lights", "some lights are infinitely far", "no light is a direction";
     /// Light from the environment.
     Environment: "environment", "rays that escape end on it", "rays that escape carry nothing";
+    /// A lens with an aperture.
+    Aperture: "aperture", "the point on the lens is sampled and kept or replaced", "no aperture: no point on a lens is sampled";
+    /// An orthographic camera.
+    Orthographic: "orthographic camera", "all image points look the same way", "all image points look from one place";
     /// Meshes that stand in several places.
     Instances: "instances", "rays are searched on two levels", "one tree holds all triangles";
 }
@@ -202,6 +212,8 @@ fn of_material(material: &Material) -> Effects {
         (Effect::Layers, layers.is_some()),
         (Effect::DiffuseTransmission, layers.is_some_and(|layers| layers.diffuse_transmission > 0.0)),
         (Effect::Absorption, material.is_solid() && material.absorption.max_element() > 0.0),
+        (Effect::Masks, matches!(material.alpha_mode, AlphaMode::Mask { .. })),
+        (Effect::Blending, material.alpha_mode == AlphaMode::Blend),
         (Effect::EmittingSurfaces, emits),
         (Effect::TexturedEmission, emits && material.emission_texture.is_some()),
     ];
@@ -209,8 +221,8 @@ fn of_material(material: &Material) -> Effects {
 }
 
 impl Census {
-    /// Counts the effects of a scene.
-    pub fn of(description: &SceneDescription) -> Self {
+    /// Counts the effects of a scene that is seen by a camera.
+    pub fn of(description: &SceneDescription, camera: Option<&CameraDescription>) -> Self {
         let none = |effect: &Effect| Finding { effect: *effect, materials: Vec::new(), triangles: 0, count: 0 };
         let mut findings: Vec<Finding> = Effect::ALL.iter().map(none).collect();
         let mut triangles_of = vec![0u64; description.materials.len()];
@@ -246,6 +258,11 @@ impl Census {
         }
         findings[Effect::Environment as usize].count =
             description.environment.iter().filter(|environment| environment.total_luminance() > 0.0).count() as u64;
+        match camera.map(|camera| camera.projection) {
+            Some(Projection::Perspective { lens: Some(_), .. }) => findings[Effect::Aperture as usize].count = 1,
+            Some(Projection::Orthographic { .. }) => findings[Effect::Orthographic as usize].count = 1,
+            _ => {}
+        }
         let instances = &mut findings[Effect::Instances as usize];
         for (uses, mesh) in uses.into_iter().zip(&description.meshes).filter(|(uses, _)| *uses > 1) {
             instances.count += uses;
@@ -304,13 +321,18 @@ impl Plan {
 }
 
 impl SceneDescription {
-    /// The plan for this scene: what the census found, less what is forced off, and what is forced on. What is forced off is taken
-    /// out of the description.
-    pub fn plan(&mut self, forced: &Forced) -> Plan {
-        let found = Census::of(self).effects();
+    /// The plan for this scene seen by `camera`: what the census found, less what is forced off, and what is forced on. What is forced
+    /// off is taken out of both. A projection cannot be forced off.
+    pub fn plan(&mut self, camera: &mut CameraDescription, forced: &Forced) -> Plan {
+        let found = Census::of(self, Some(camera)).effects();
         let off: Effects = forced.off.iter().copied().collect();
         for effect in off.and(found).iter() {
             self.remove(effect);
+        }
+        if let Projection::Perspective { lens, .. } = &mut camera.projection
+            && off.has(Effect::Aperture)
+        {
+            *lens = None;
         }
         let on = found.without(off).with(forced.on.iter().copied().collect::<Effects>().without(off));
         self.ready_for = on.without(found);
@@ -345,6 +367,12 @@ impl SceneDescription {
                 Effect::RoughTransmission => material.transmission = 0.0,
                 Effect::GlossyReflection => (material.specular, material.metallic) = (0.0, 0.0),
                 Effect::Absorption => material.absorption = ergodic_scattering::Rgb::ZERO,
+                Effect::Masks | Effect::Blending => {
+                    let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
+                    if masked == (effect == Effect::Masks) {
+                        material.alpha_mode = AlphaMode::Opaque;
+                    }
+                }
                 Effect::EmittingSurfaces => material.emission = ergodic_scattering::Rgb::ZERO,
                 Effect::TexturedEmission => material.emission_texture = None,
                 _ => {}

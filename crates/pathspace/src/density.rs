@@ -3,7 +3,7 @@
 //! A vertex is sampled from its neighbour, either from the light side or from the eye side. A strategy (s, t) samples the
 //! first s vertices from the light and the other t from the eye, and connects. Russian roulette is not part of these.
 
-use crate::{Edge, Kind, Path, Scene, Vertex};
+use crate::{Edge, Path, Scene, Vertex};
 
 /// Area density of vertex `i` sampled from the light side, given vertices i-1 and i-2. The emitter density for i = 0, which for
 /// the environment is one of its direction per solid angle.
@@ -28,18 +28,18 @@ pub fn pdf_area_from_light(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i
     directional * edge.to_eye_side
 }
 
-/// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2; per solid angle for the environment. 1 (a
-/// Dirac) for the pinhole itself; 0 for lights that cannot be hit.
+/// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2; per solid angle for the environment. For the
+/// camera's own vertex that on its lens, or 1 (a Dirac) without one; 0 for lights that cannot be hit.
 #[inline]
 pub fn pdf_area_from_eye(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i: usize) -> f64 {
     let k = vertices.len() - 1;
     if i == k {
-        return if vertices[k].kind == Kind::Camera { 1.0 } else { 0.0 };
+        return scene.eye_pdf_area(&vertices[k]);
     }
     let edge = &edges[i];
     let after = &vertices[i + 1];
     let directional = if i + 1 == k {
-        scene.camera().pdf_solid_angle(-edge.direction)
+        scene.camera().pdf_sight(&edge.sight(&vertices[i], after))
     } else {
         after.interaction.pdf(edges[i + 1].direction, -edge.direction, after.component)
     };

@@ -1,7 +1,7 @@
 //! A scene as a file states it: what `ergodic-assets` makes and [`Scene::new`](crate::Scene::new) builds from.
 
 use ergodic_geometry::Mesh;
-use ergodic_scattering::{Environment, Material, PunctualLight, Texture};
+use ergodic_scattering::{Environment, Lens, Material, PunctualLight, Texture};
 use glam::{DAffine3, DVec3};
 
 use crate::Effects;
@@ -17,15 +17,41 @@ pub struct Placement {
     pub transform: DAffine3,
 }
 
-/// A perspective pinhole camera. It looks along its local -z with +y up, as glTF has it.
+/// A camera. It looks along its local -z with +y up, as glTF has it.
 #[derive(Clone, Debug)]
 pub struct CameraDescription {
     /// Name in the file; may be empty.
     pub name: String,
     /// From camera space to the world. Scale in it is ignored.
     pub transform: DAffine3,
-    /// Full vertical field of view in radians, in (0, pi).
-    pub vertical_fov: f64,
+    /// How it sees.
+    pub projection: Projection,
+}
+
+/// How a camera sees. Widths follow from the picture's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Projection {
+    /// Through a point or a lens.
+    Perspective {
+        /// Full vertical field of view in radians, in (0, pi).
+        vertical_fov: f64,
+        /// The lens, in units of the world; `None` for a pinhole.
+        lens: Option<Lens>,
+    },
+    /// Along parallel lines, from a film across the axis.
+    Orthographic {
+        /// Full height of what the picture shows, in units of the world.
+        height: f64,
+        /// Distance of the film from the camera's origin along its axis: what lies nearer is not seen.
+        near: f64,
+    },
+}
+
+impl CameraDescription {
+    /// A pinhole camera without a name, with a full vertical field of view in radians.
+    pub fn pinhole(transform: DAffine3, vertical_fov: f64) -> Self {
+        Self { name: String::new(), transform, projection: Projection::Perspective { vertical_fov, lens: None } }
+    }
 }
 
 /// All that a scene is.

@@ -1,39 +1,62 @@
 //! Two neighbouring vertices: direction, geometry term, absorption, and the only conversion between solid-angle and area
 //! measure.
 
-use ergodic_scattering::Rgb;
+use ergodic_scattering::{Rgb, Sight};
 use glam::DVec3;
 
 use crate::{Kind, Scene, Vertex};
 
 /// The segment between two neighbouring vertices, without visibility. A pure function of its two ends.
+///
+/// In scenes with surfaces that cover a share only, visibility is part of it (see [`crate::Coverage`]): the share of light that
+/// passes the segment is in the geometry term and in both conversions, and the coverage of the vertex that is found in the
+/// conversion to its side. The coverage of the light side is in the geometry term, so that a path has that of each vertex once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Unit direction in which light flows: from the light side to the eye side.
     pub direction: DVec3,
-    /// Length; infinite when the light side is a distant light or the environment.
+    /// Length; infinite when the light side is a distant light or the environment. To an orthographic camera, that to its film.
     pub length: f64,
     /// Geometry term without visibility, G = |cos| |cos| / d² (Veach 8.3). A cosine is 1 at points in free space; with a
-    /// distant light or the environment G = |cos| at the eye side.
+    /// distant light or the environment G = |cos| at the eye side, with an orthographic camera |cos| at the light side.
     pub geometry: f64,
     /// Turns a solid-angle density at the light side into an area density at the eye side: |cos| / d². From a distant
     /// light or the environment it turns a density on their disk into one on the surface: |cos|.
     pub to_eye_side: f64,
     /// Turns a solid-angle density at the eye side into an area density at the light side: |cos| / d²; 0 when the light
-    /// side cannot be hit, and 1 to the environment, whose measure is solid angle.
+    /// side cannot be hit, and 1 to the environment, whose measure is solid angle. From an orthographic camera it turns a density
+    /// on its film into one on the surface: |cos|.
     pub to_light_side: f64,
     /// Beer's transmittance along the segment.
     pub transmittance: Rgb,
 }
 
 fn cosine(vertex: &Vertex, w: DVec3) -> f64 {
-    if vertex.is_surface() { vertex.interaction.ng.dot(w).abs() } else { 1.0 }
+    if vertex.has_area() { vertex.interaction.ng.dot(w).abs() } else { 1.0 }
 }
 
 impl Edge {
     /// The edge from `light_side` to `eye_side`.
     #[inline]
     pub fn new(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+        let edge = Self::between(scene, light_side, eye_side);
+        if scene.has_partial_coverage() { edge.covered(scene, light_side, eye_side) } else { edge }
+    }
+
+    /// This edge with the shares that surfaces cover.
+    fn covered(self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+        let passes = scene.visibility(light_side, eye_side);
+        let (light, eye) = (passes * light_side.coverage.share(), passes * eye_side.coverage.share());
+        Self {
+            geometry: self.geometry * light,
+            to_eye_side: self.to_eye_side * eye,
+            to_light_side: self.to_light_side * light,
+            ..self
+        }
+    }
+
+    #[inline]
+    fn between(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
         if light_side.is_distant() {
             let direction = light_side.interaction.ng;
             let cos_eye = cosine(eye_side, direction);
@@ -46,6 +69,9 @@ impl Edge {
                 // It comes from outside all solids.
                 transmittance: Rgb::ONE,
             };
+        }
+        if eye_side.kind == Kind::DistantCamera {
+            return Self::to_distant_camera(scene, light_side, eye_side);
         }
         let offset = eye_side.position - light_side.position;
         let length_squared = offset.length_squared();
@@ -60,6 +86,28 @@ impl Edge {
             geometry: cos_light * cos_eye * inverse,
             to_eye_side: cos_eye * inverse,
             to_light_side: if light_side.is_surface() { cos_light * inverse } else { 0.0 },
+            transmittance: scene.transmittance(light_side, eye_side, direction, length),
+        }
+    }
+
+    /// The camera's line of sight along this edge, from its vertex `eye` to the vertex `seen`.
+    #[inline]
+    pub fn sight(&self, seen: &Vertex, eye: &Vertex) -> Sight {
+        let point = if seen.is_distant() { DVec3::NAN } else { seen.position };
+        Sight { eye: eye.position, point, direction: -self.direction }
+    }
+
+    /// The edge from a point to an orthographic camera, the mirror image of one from a distant light.
+    fn to_distant_camera(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+        let direction = -eye_side.interaction.ng;
+        let length = scene.camera().depth(light_side.position);
+        let cos_light = cosine(light_side, direction);
+        Self {
+            direction,
+            length,
+            geometry: cos_light,
+            to_eye_side: 0.0,
+            to_light_side: if light_side.is_surface() { cos_light } else { 0.0 },
             transmittance: scene.transmittance(light_side, eye_side, direction, length),
         }
     }

@@ -4,6 +4,7 @@
 mod bidirectional;
 mod census;
 mod contribution;
+mod coverage;
 pub mod density;
 mod description;
 mod edge;
@@ -22,7 +23,8 @@ mod vertex;
 pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
 pub use census::{Census, Effect, Effects, Finding, Forced, Plan};
 pub use contribution::{Contribution, contribution};
-pub use description::{CameraDescription, Placement, SceneDescription};
+pub use coverage::Coverage;
+pub use description::{CameraDescription, Placement, Projection, SceneDescription};
 pub use edge::Edge;
 pub use error::SceneError;
 pub use path::{Path, PathClass};

@@ -169,7 +169,8 @@ impl Path {
                 let vertex = &self.vertices[i];
                 vertex.interaction.eval(-self.edges[i - 1].direction, self.edges[i].direction, vertex.component)
             } else {
-                let seen = scene.camera().seen(-self.edges[k - 1].direction);
+                let sight = self.edges[k - 1].sight(&self.vertices[k - 1], &self.vertices[k]);
+                let seen = scene.camera().seen(&sight);
                 self.raster = seen.map(|(raster, _)| raster);
                 Rgb::splat(seen.map_or(0.0, |(_, responsivity)| responsivity))
             };

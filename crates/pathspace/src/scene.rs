@@ -8,10 +8,11 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_geometry::{Hit, Instance, Isa, Mesh, Ray, World, spawn_offset};
+use ergodic_geometry::{Anchor, Hit, Instance, Isa, Mesh, Ray, Surface, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
-    Bsdf, Camera, Component, Environment, Interaction, Material, PunctualLight, Rgb, Texture, emission, luminance, warp,
+    Bsdf, Camera, Component, Environment, Interaction, Lens, Material, Optics, PunctualLight, Rgb, Sight, Texture,
+    emission, luminance, warp,
 };
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 
@@ -20,7 +21,10 @@ use crate::lights::{Emitter, Lights};
 use crate::media::{AIR, Media};
 use crate::record;
 use crate::vertex::{ENVIRONMENT, NO_EMITTER};
-use crate::{CameraDescription, Census, Effect, Effects, Kind, Placement, SceneDescription, SceneError, Vertex};
+use crate::{
+    CameraDescription, Census, Coverage, Edge, Effect, Effects, Kind, Placement, Projection, SceneDescription,
+    SceneError, Vertex,
+};
 
 thread_local! {
     static RAYS: Cell<u64> = const { Cell::new(0) };
@@ -45,6 +49,9 @@ pub struct View {
     pub width: u32,
     /// Height of the image in pixels.
     pub height: u32,
+    /// The window of the image that is rendered, `(left, top, right, bottom)` in pixels, or all of it. The raster begins at its
+    /// corner.
+    pub crop: Option<(u32, u32, u32, u32)>,
     /// Pixels by which the raster domain is wider than the image on each side: what the reconstruction filter reaches
     /// beyond the outermost pixel centres, less half a pixel.
     pub margin: f64,
@@ -60,6 +67,8 @@ pub struct Scene {
     constant: Vec<Option<Bsdf>>,
     textures: Vec<Texture>,
     material_of_instance: Vec<u32>,
+    /// Of each instance, whether it covers a share only anywhere; empty if none does.
+    is_partial: Vec<bool>,
     /// Index of an instance's first emissive triangle, or [`NO_EMITTER`].
     first_emitter: Vec<u32>,
     lights: Lights,
@@ -69,8 +78,9 @@ pub struct Scene {
     radius: f64,
     scale: f64,
     media: Media,
-    /// What the camera and each punctual light are in.
-    camera_medium: u32,
+    /// The camera as a vertex, with what it is in; of a lens its middle.
+    eye: Vertex,
+    /// What each punctual light is in.
     light_media: Vec<u32>,
     /// Stands in where a vertex has no surface.
     free_space: Interaction,
@@ -93,7 +103,7 @@ impl Scene {
         let centre = (low + high) * 0.5;
         let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
 
-        let effects = Census::of(&description).effects().with(description.ready_for);
+        let effects = Census::of(&description, Some(&view.camera)).effects().with(description.ready_for);
         let SceneDescription {
             mut meshes, placements, mut materials, textures, lights, environment, ready_for, ..
         } = description;
@@ -113,6 +123,18 @@ impl Scene {
             let (low, high) = world.bounds();
             (high - low).length() * 0.5
         };
+
+        let least = |(i, &material): (usize, &u32)| {
+            let colors = world.mesh(world.instances()[i].mesh).colors.as_deref().unwrap_or_default();
+            let color_alpha = colors.iter().map(|color| color.w).fold(1.0, f64::min);
+            materials[material as usize].least_coverage(&textures, color_alpha)
+        };
+        let ask = ready_for.has(Effect::Masks) || ready_for.has(Effect::Blending);
+        let mut is_partial: Vec<bool> =
+            material_of_instance.iter().enumerate().map(|i| ask || least(i) < 1.0).collect();
+        if !is_partial.contains(&true) {
+            is_partial.clear();
+        }
 
         let mut first_emitter = vec![NO_EMITTER; placements.len()];
         let mut triangles = Vec::new();
@@ -144,13 +166,7 @@ impl Scene {
             return Err(SceneError::NoLight);
         }
 
-        let camera = Camera::new(
-            to_scene * rigid(&view.camera.transform),
-            view.camera.vertical_fov,
-            view.width,
-            view.height,
-            view.margin,
-        );
+        let camera = camera(view, &to_scene, scale);
         let absorbs = |material: u32| {
             let material = &materials[material as usize];
             material.is_solid() && material.absorption.max_element() > 0.0
@@ -160,7 +176,8 @@ impl Scene {
         let media = Media::new(&world, solids, ready_for.has(Effect::Absorption));
         let made_once = !(ready_for.has(Effect::Textures) || ready_for.has(Effect::VertexColors));
         let constant = materials.iter().map(|material| material.constant_bsdf().filter(|_| made_once)).collect();
-        let camera_medium = media.around(&world, camera.position(), None);
+        let free_space = Interaction::none();
+        let eye = eye_vertex(&camera, free_space, media.around(&world, camera.position(), None));
         let light_media = lights.punctual.iter().map(|light| match light {
             PunctualLight::Directional { .. } => AIR,
             PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => {
@@ -168,7 +185,6 @@ impl Scene {
             }
         });
         let light_media = light_media.collect();
-        let free_space = Interaction::none();
         Ok(Self {
             world,
             effects,
@@ -176,6 +192,7 @@ impl Scene {
             materials,
             textures,
             material_of_instance,
+            is_partial,
             first_emitter,
             lights,
             environment,
@@ -183,7 +200,7 @@ impl Scene {
             radius,
             scale,
             media,
-            camera_medium,
+            eye,
             light_media,
             free_space,
         })
@@ -241,6 +258,7 @@ impl Scene {
         vertex.component = Component::Rough;
         vertex.material = index;
         vertex.medium = AIR;
+        vertex.coverage = if self.has_partial_coverage() { self.coverage_at(&surface) } else { Coverage::WHOLE };
         vertex.position = surface.position;
         vertex.interaction = match &self.constant[index as usize] {
             // Nothing of it depends on the point but the colour of the mesh.
@@ -256,20 +274,56 @@ impl Scene {
         }
     }
 
+    /// Whether any surface covers a share only.
+    #[inline]
+    pub fn has_partial_coverage(&self) -> bool {
+        !self.is_partial.is_empty()
+    }
+
+    fn coverage_at(&self, surface: &Surface) -> Coverage {
+        if !self.is_partial[surface.instance as usize] {
+            return Coverage::WHOLE;
+        }
+        let material = &self.materials[self.material_of_instance[surface.instance as usize] as usize];
+        Coverage::new(material.coverage(&self.textures, surface))
+    }
+
+    /// The coverage where a ray meets a surface, in scenes where there is a partial one.
+    fn coverage_of_hit(&self, hit: &Hit) -> Coverage {
+        if self.is_partial[hit.instance as usize] {
+            self.coverage_at(&self.world.surface(hit))
+        } else {
+            Coverage::WHOLE
+        }
+    }
+
+    /// What a ray meets first. It stops at a surface with the probability of its coverage; numbers are drawn for surfaces only that
+    /// are there but not whole.
+    #[inline]
+    fn meet(&self, ray: &Ray, rng: &mut impl RandomSource) -> Option<Hit> {
+        record::closest(ray);
+        if !self.has_partial_coverage() {
+            return self.world.intersect(ray);
+        }
+        self.world.intersect_where(ray, |hit| {
+            let share = self.coverage_of_hit(hit).share();
+            share >= 1.0 || share > 0.0 && rng.uniform() < share
+        })
+    }
+
     /// The first point seen from `from` in direction `w`.
     #[inline]
-    pub fn trace(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
+    pub fn trace(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.trace_to(from, w, &mut vertex).then_some(vertex)
+        self.trace_to(from, w, &mut vertex, rng).then_some(vertex)
     }
 
     /// Makes `to` the first point seen from `from` in direction `w`; false if there is none.
     #[inline]
-    pub fn trace_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex) -> bool {
+    pub fn trace_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
         count_ray();
         let ray = self.world.spawn(&from.anchor(), w);
-        record::closest(&ray);
-        let Some(hit) = self.world.intersect(&ray) else { return false };
+        let Some(hit) = self.meet(&ray, rng) else { return false };
         self.place(&hit, to);
         if !self.media.is_empty() {
             to.medium = self.medium_met(from, w, to, hit.instance);
@@ -279,15 +333,15 @@ impl Scene {
 
     /// What the eye sees from `from` in direction `w`: the first point, or the environment where there is none.
     #[inline]
-    pub fn look(&self, from: &Vertex, w: DVec3) -> Option<Vertex> {
+    pub fn look(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.look_to(from, w, &mut vertex).then_some(vertex)
+        self.look_to(from, w, &mut vertex, rng).then_some(vertex)
     }
 
     /// Makes `to` what the eye sees from `from` in direction `w`; false if that is nothing.
     #[inline]
-    pub fn look_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex) -> bool {
-        if self.trace_to(from, w, to) {
+    pub fn look_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+        if self.trace_to(from, w, to, rng) {
             return true;
         }
         let Some(environment) = &self.environment else { return false };
@@ -301,6 +355,7 @@ impl Scene {
         Vertex {
             kind: Kind::Environment,
             component: Component::Rough,
+            coverage: Coverage::WHOLE,
             emitter: ENVIRONMENT,
             material: 0,
             medium: AIR,
@@ -322,14 +377,44 @@ impl Scene {
         }
     }
 
+    /// Whether light passes the connection between two vertices, which is `edge`.
+    #[inline]
+    pub fn connects(&self, a: &Vertex, b: &Vertex, edge: &Edge) -> bool {
+        // Where a surface is partial, edges have been asked already.
+        if self.has_partial_coverage() { edge.geometry > 0.0 } else { self.mutually_visible(a, b) }
+    }
+
+    /// The share of light that passes between two vertices: the product of what the surfaces between them do not cover. Symmetric to
+    /// the bit.
+    pub fn visibility(&self, a: &Vertex, b: &Vertex) -> f64 {
+        if !self.has_partial_coverage() {
+            return f64::from(u8::from(self.mutually_visible(a, b)));
+        }
+        count_ray();
+        let passes = |hit: &Hit| 1.0 - self.coverage_of_hit(hit).share();
+        let on_film = |vertex: &Vertex| Anchor { position: self.film_point(vertex), normal: DVec3::ZERO };
+        match (a.kind, b.kind) {
+            _ if a.is_distant() => self.world.visibility_from_afar(&b.anchor(), -a.interaction.ng, passes),
+            _ if b.is_distant() => self.world.visibility_from_afar(&a.anchor(), -b.interaction.ng, passes),
+            (Kind::DistantCamera, _) => self.world.visibility(&b.anchor(), &on_film(b), passes),
+            (_, Kind::DistantCamera) => self.world.visibility(&a.anchor(), &on_film(a), passes),
+            _ => self.world.visibility(&a.anchor(), &b.anchor(), passes),
+        }
+    }
+
     /// Whether two vertices see each other. Symmetric to the bit.
     #[inline]
     pub fn mutually_visible(&self, a: &Vertex, b: &Vertex) -> bool {
+        if self.has_partial_coverage() {
+            return self.visibility(a, b) > 0.0;
+        }
         count_ray();
         record::visibility(a, b);
         match (a.kind, b.kind) {
             (Kind::DistantLight(_) | Kind::Environment, _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
             (_, Kind::DistantLight(_) | Kind::Environment) => self.world.escapes(&a.anchor(), -b.interaction.ng),
+            (Kind::DistantCamera, _) => self.seen_from_film(b),
+            (_, Kind::DistantCamera) => self.seen_from_film(a),
             _ => self.world.visible(&a.anchor(), &b.anchor()),
         }
     }
@@ -373,22 +458,80 @@ impl Scene {
         let emission = Rgb::ZERO;
         let component = Component::Rough;
         let medium = self.light_media[index as usize];
-        Vertex { kind, component, emitter: NO_EMITTER, material: 0, medium, position, interaction, emission }
-    }
-
-    /// The camera as a vertex.
-    #[inline]
-    pub fn camera_vertex(&self) -> Vertex {
         Vertex {
-            kind: Kind::Camera,
-            component: Component::Rough,
+            kind,
+            component,
+            coverage: Coverage::WHOLE,
             emitter: NO_EMITTER,
             material: 0,
-            medium: self.camera_medium,
-            position: self.camera.position(),
-            interaction: self.free_space,
-            emission: Rgb::ZERO,
+            medium,
+            position,
+            interaction,
+            emission,
         }
+    }
+
+    /// The camera as a vertex; of a lens its middle.
+    #[inline]
+    pub fn camera_vertex(&self) -> Vertex {
+        self.eye
+    }
+
+    /// The camera's end of a path, with density [`Self::eye_pdf_area`]. Draws numbers for a lens only.
+    #[inline]
+    pub fn sample_eye(&self, rng: &mut impl RandomSource) -> Vertex {
+        let mut vertex = self.eye;
+        if self.camera.has_aperture()
+            && let Some(position) = self.camera.sample_aperture([rng.uniform(), rng.uniform()])
+        {
+            vertex.position = position;
+            if !self.media.is_empty() {
+                vertex.medium = self.media.around(&self.world, position, None);
+            }
+        }
+        vertex
+    }
+
+    /// Area density of the camera's end of a path on its lens; 1, the Dirac divided out, without a lens; 0 for other vertices.
+    #[inline]
+    pub fn eye_pdf_area(&self, vertex: &Vertex) -> f64 {
+        if vertex.is_eye() { self.camera.pdf_aperture() } else { 0.0 }
+    }
+
+    /// Makes `to` the first point on a line of sight of the camera, whose vertex is `eye`; false if there is none.
+    #[inline]
+    pub fn trace_sight(&self, eye: &Vertex, sight: &Sight, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+        if eye.kind == Kind::DistantCamera {
+            return self.trace_to(&self.on_film(sight.eye), sight.direction, to, rng);
+        }
+        self.trace_to(eye, sight.direction, to, rng)
+    }
+
+    /// What [`Self::look_to`] makes of `to` on a line of sight of the camera, whose vertex is `eye`.
+    ///
+    /// An orthographic camera does not see the environment itself: the path would have no end with a position.
+    #[inline]
+    pub fn look_along(&self, eye: &Vertex, sight: &Sight, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+        if eye.kind == Kind::DistantCamera {
+            return self.trace_sight(eye, sight, to, rng);
+        }
+        self.look_to(eye, sight.direction, to, rng)
+    }
+
+    /// A point of the orthographic film as a vertex to trace from.
+    fn on_film(&self, position: DVec3) -> Vertex {
+        let medium = if self.media.is_empty() { AIR } else { self.media.around(&self.world, position, None) };
+        Vertex { position, medium, ..self.eye }
+    }
+
+    /// The point of an orthographic film that sees a vertex.
+    fn film_point(&self, vertex: &Vertex) -> DVec3 {
+        vertex.position - self.camera.forward() * self.camera.depth(vertex.position)
+    }
+
+    /// Whether an orthographic camera sees a vertex that lies before its film.
+    fn seen_from_film(&self, vertex: &Vertex) -> bool {
+        self.world.visible(&vertex.anchor(), &Anchor { position: self.film_point(vertex), normal: DVec3::ZERO })
     }
 
     /// A point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
@@ -420,7 +563,7 @@ impl Scene {
     pub fn emitter_pdf_area(&self, vertex: &Vertex) -> f64 {
         match vertex.kind {
             Kind::Surface if vertex.emits() => self.lights.triangle_pdf_area(vertex.emitter),
-            Kind::Surface | Kind::Camera => 0.0,
+            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual_probability(index),
             Kind::Environment => self.environment_pdf(vertex.emission),
         }
@@ -434,7 +577,7 @@ impl Scene {
                 let radiance = emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w);
                 radiance * vertex.interaction.emission_factor(w)
             }
-            Kind::Surface | Kind::Camera => Rgb::ZERO,
+            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => Rgb::ZERO,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
             Kind::Environment => vertex.emission,
         }
@@ -458,7 +601,7 @@ impl Scene {
             Kind::Surface if vertex.emits() => {
                 emission::pdf_direction(self.double_sided(vertex), vertex.interaction.ng, w)
             }
-            Kind::Surface | Kind::Camera => 0.0,
+            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
             Kind::PointLight(index) => self.lights.punctual[index as usize].pdf_direction(w),
             Kind::DistantLight(_) | Kind::Environment => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
         }
@@ -475,22 +618,21 @@ impl Scene {
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                return self.trace_parallel(direction, frame.t * x + frame.b * y + self.centre());
+                return self.trace_parallel(direction, frame.t * x + frame.b * y + self.centre(), rng);
             }
-            Kind::Camera => return None,
+            Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
         };
-        self.trace(light, w)
+        self.trace(light, w, rng)
     }
 
     /// The first point that light from infinitely far away meets on the line along `direction` through `point`.
     #[inline]
-    pub fn trace_parallel(&self, direction: DVec3, point: DVec3) -> Option<Vertex> {
+    pub fn trace_parallel(&self, direction: DVec3, point: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         count_ray();
         // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
         let along = direction.dot(point - self.centre());
         let ray = Ray { origin: point - direction * (along + 2.0 * self.radius), direction };
-        record::closest(&ray);
-        self.world.intersect(&ray).map(|hit| self.vertex(&hit))
+        self.meet(&ray, rng).map(|hit| self.vertex(&hit))
     }
 
     fn centre(&self) -> DVec3 {
@@ -525,6 +667,54 @@ fn draw_solids_in(
         let by = drawn_in(rank) * offset;
         let distance = |n: DVec3| maps.iter().map(|map| (*map * n).length()).fold(0.0, f64::max) * by;
         draw_in(&mut meshes[mesh as usize], distance);
+    }
+}
+
+/// The camera of a view in the scene's own space.
+fn camera(view: &View, to_scene: &DAffine3, scale: f64) -> Camera {
+    let mut transform = *to_scene * rigid(&view.camera.transform);
+    let (width, height, margin) = (view.width, view.height, view.margin);
+    let camera = match view.camera.projection {
+        Projection::Perspective { vertical_fov, lens } => {
+            let pinhole = Camera::new(transform, vertical_fov, width, height, margin);
+            lens.map_or(pinhole, |lens| {
+                let (radius, focus_distance) = (lens.radius * scale, lens.focus_distance * scale);
+                pinhole.with_lens(Lens { radius, focus_distance, ..lens })
+            })
+        }
+        Projection::Orthographic { height: tall, near } => {
+            transform.translation -= transform.matrix3.z_axis * near;
+            Camera::orthographic(transform, tall * scale, width, height, margin)
+        }
+    };
+    match view.crop {
+        None => camera,
+        Some((left, top, right, bottom)) => {
+            let corner = |x: u32, y: u32| DVec2::new(f64::from(x), f64::from(y));
+            camera.cropped(corner(left, top), corner(right, bottom))
+        }
+    }
+}
+
+/// A camera's end of a path; of a lens its middle.
+fn eye_vertex(camera: &Camera, free_space: Interaction, medium: u32) -> Vertex {
+    let (kind, position, ng) = match camera.optics() {
+        Optics::Pinhole => (Kind::Camera, camera.position(), free_space.ng),
+        Optics::Lens { .. } => (Kind::Aperture, camera.position(), camera.forward()),
+        Optics::Orthographic => (Kind::DistantCamera, DVec3::ZERO, camera.forward()),
+    };
+    let (component, interaction) = (Component::Rough, Interaction { ng, ..free_space });
+    let medium = if kind == Kind::DistantCamera { AIR } else { medium };
+    Vertex {
+        kind,
+        component,
+        coverage: Coverage::WHOLE,
+        emitter: NO_EMITTER,
+        material: 0,
+        medium,
+        position,
+        interaction,
+        emission: Rgb::ZERO,
     }
 }
 

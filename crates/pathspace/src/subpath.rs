@@ -41,6 +41,8 @@ pub enum End {
 #[derive(Clone, Debug)]
 pub struct Subpath {
     end: End,
+    /// The numbers that choose the image point of a walk from a lens.
+    image_point: Option<[f64; 2]>,
     /// Vertices in the order in which they were sampled. The component of each says how the walk left it.
     pub vertices: Vec<Vertex>,
     /// `edges[i]` between vertices i and i + 1, oriented as light flows.
@@ -58,6 +60,7 @@ impl Subpath {
     pub fn new(end: End, vertices: usize) -> Self {
         Self {
             end,
+            image_point: None,
             vertices: Vec::with_capacity(vertices),
             edges: Vec::with_capacity(vertices),
             pdf_area: Vec::with_capacity(vertices),
@@ -122,7 +125,14 @@ impl Subpath {
         self.throughput.clear();
         rng.enter(self.end as usize, 0);
         let (start, pdf) = match self.end {
-            End::Eye => (scene.camera_vertex(), 1.0),
+            End::Eye => {
+                // The image point comes before that of the lens, for sources that choose it.
+                let has_aperture = scene.camera().has_aperture();
+                self.image_point = has_aperture.then(|| [rng.uniform(), rng.uniform()]);
+                let vertex = scene.sample_eye(rng);
+                let pdf = scene.eye_pdf_area(&vertex);
+                (vertex, pdf)
+            }
             End::Light => {
                 let vertex = scene.sample_emitter(rng);
                 let pdf = scene.emitter_pdf_area(&vertex);
@@ -145,6 +155,10 @@ impl Subpath {
         }
         let (next, edge, pdf, scattered) =
             if i == 0 { self.first_step(scene, rng)? } else { self.scatter(scene, rng)? };
+        if scene.has_partial_coverage() && edge.geometry <= 0.0 {
+            // The ray came through where the segment between the points, which starts elsewhere by rounding, does not.
+            return None;
+        }
         let pdf_area = pdf * self.to_area(&edge);
         let throughput =
             self.throughput[i] * scattered * (edge.transmittance * (edge.geometry / (pdf_area * survival)));
@@ -176,12 +190,15 @@ impl Subpath {
                 Some((next, edge, pdf, scene.emitted(start, edge.direction)))
             }
             End::Eye => {
-                let w = scene.camera().sample([rng.uniform(), rng.uniform()]);
-                let next = scene.look(start, w)?;
+                let camera = scene.camera();
+                let raster = camera.sample_raster(self.image_point.unwrap_or_else(|| [rng.uniform(), rng.uniform()]));
+                let mut next = *start;
+                if !scene.look_along(start, &camera.sight(start.position, raster), &mut next, rng) {
+                    return None;
+                }
                 let edge = self.edge(scene, start, &next);
-                let seen = -edge.direction;
-                let pdf = scene.camera().pdf_solid_angle(seen);
-                Some((next, edge, pdf, Rgb::splat(scene.camera().responsivity(seen))))
+                let seen = edge.sight(&next, start);
+                Some((next, edge, camera.pdf_sight(&seen), Rgb::splat(camera.responsivity(&seen))))
             }
         }
     }
@@ -195,8 +212,8 @@ impl Subpath {
         here.component = component;
         let here = self.vertices[i];
         let next = match self.end {
-            End::Light => scene.trace(&here, w_to),
-            End::Eye => scene.look(&here, w_to),
+            End::Light => scene.trace(&here, w_to, rng),
+            End::Eye => scene.look(&here, w_to, rng),
         };
         let Some(next) = next else {
             self.vertices[i].component = Component::Rough;

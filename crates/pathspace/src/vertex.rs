@@ -5,6 +5,8 @@ use ergodic_geometry::Anchor;
 use ergodic_scattering::{Component, Interaction, Rgb};
 use glam::DVec3;
 
+use crate::Coverage;
+
 /// What a vertex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -12,6 +14,10 @@ pub enum Kind {
     Surface,
     /// The pinhole.
     Camera,
+    /// A point of the camera's lens, whose normal `ng` is the camera's axis.
+    Aperture,
+    /// An orthographic camera: like a distant light it has a direction, the axis `ng` along which it looks, but no position.
+    DistantCamera,
     /// A point or spot light; the index counts the scene's punctual lights.
     PointLight(u32),
     /// A directional light: infinitely far, so that it has a direction but no position.
@@ -34,6 +40,8 @@ pub struct Vertex {
     pub kind: Kind,
     /// How light scatters here on this path. Endpoints carry [`Component::Rough`].
     pub component: Component,
+    /// The share of what lies behind that the surface covers here. Whole where there is no surface.
+    pub coverage: Coverage,
     /// Index into the scene's emissive triangles, or [`ENVIRONMENT`] or [`NO_EMITTER`].
     pub(crate) emitter: u32,
     /// Index of the material.
@@ -41,7 +49,7 @@ pub struct Vertex {
     /// Index of the material of the absorbing solid that it is met in, outside its own if it bounds one; or
     /// [`crate::media::AIR`]. A property of the place: every way of finding it gives the same.
     pub(crate) medium: u32,
-    /// Position in the scene's own (recentred, rescaled) space; zero for a distant light and the environment.
+    /// Position in the scene's own (recentred, rescaled) space; zero for a distant light or camera and the environment.
     pub position: DVec3,
     /// The scattering here; for a distant light and the environment `ng` is the direction in which its light travels.
     pub interaction: Interaction,
@@ -54,6 +62,18 @@ impl Vertex {
     #[inline]
     pub fn is_surface(&self) -> bool {
         self.kind == Kind::Surface
+    }
+
+    /// Whether the vertex lies on an area, so that a cosine goes with it.
+    #[inline]
+    pub(crate) fn has_area(&self) -> bool {
+        matches!(self.kind, Kind::Surface | Kind::Aperture)
+    }
+
+    /// Whether this is the camera's end of a path.
+    #[inline]
+    pub fn is_eye(&self) -> bool {
+        matches!(self.kind, Kind::Camera | Kind::Aperture | Kind::DistantCamera)
     }
 
     /// Whether the vertex is infinitely far away: light travels along its `interaction.ng` and has no position.

@@ -59,7 +59,7 @@ fn ledger(settings: &Settings) -> Ledger {
 }
 
 fn film(settings: &Settings) -> Film {
-    Film::new(settings.size.0, settings.size.1, settings.filter.filter())
+    Film::new(settings.film_size().0, settings.film_size().1, settings.filter.filter())
 }
 
 /// Chains of the default mixture, past their burn-in.

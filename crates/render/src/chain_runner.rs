@@ -102,7 +102,7 @@ impl Ledger {
             mutations: MutationStatistics::of_members(names, settings.max_edges),
             faults: Vec::new(),
             none_suitable: 0,
-            visits: settings.mlt.layers.then(|| VisitBuffer::new(settings.size)),
+            visits: settings.mlt.layers.then(|| VisitBuffer::new(settings.film_size())),
         }
     }
 }

@@ -126,7 +126,7 @@ pub(crate) fn render<R: Runner>(
     start: Instant,
     observer: &dyn Observer,
 ) -> Result<Rendered, RenderError> {
-    let (width, height) = settings.size;
+    let (width, height) = settings.film_size();
     let filter = settings.filter.filter();
     let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
@@ -134,13 +134,13 @@ pub(crate) fn render<R: Runner>(
 
     let direct_start = Instant::now();
     let mut counts = seeds.counts;
-    let mut picture = Picture::black(settings.size);
+    let mut picture = Picture::black(settings.film_size());
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
         let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
         let sampled = sample_image(
             scene,
             &BidirectionalPathTracer::new(direct, roulette),
-            settings.size,
+            settings.film_size(),
             filter,
             Budget::SamplesPerPixel(f64::from(samples_per_pixel)),
             (settings.seed, Purpose::Direct),
@@ -162,7 +162,7 @@ pub(crate) fn render<R: Runner>(
     let chains = runners.len();
     let mut work = share_out(runners, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
-    let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.size, filter, parts));
+    let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
     let mutations = run(&mut work, &mut sums, step, splats_per_step, settings, chains, start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
@@ -273,7 +273,7 @@ fn run<R: Runner>(
     start: Instant,
     observer: &dyn Observer,
 ) -> u64 {
-    let ((width, height), budget) = (settings.size, settings.budget);
+    let ((width, height), budget) = (settings.film_size(), settings.budget);
     // What a chain leaves in a round has to find room in an empty buffer.
     let longest = (ROUND / splats_per_step).max(1);
     if chains == 0 {

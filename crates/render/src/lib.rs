@@ -40,7 +40,7 @@ pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::Seeds;
 pub use settings::{
-    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LightUnits, Method, MltSettings,
+    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, Method, MltSettings,
     PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
 };
 pub use streams::{Purpose, stream};
@@ -131,7 +131,7 @@ where
     Ok(rendering)
 }
 
-/// Renders `scene` as `settings` say. The scene must have been built for the settings' camera, size and filter.
+/// Renders `scene` as `settings` say. The scene must have been built for the settings' view.
 ///
 /// # Errors
 ///
@@ -204,7 +204,7 @@ fn independent(
     let sampled = sample_image(
         scene,
         estimator,
-        settings.size,
+        settings.film_size(),
         settings.filter.filter(),
         settings.budget,
         (settings.seed, purpose),

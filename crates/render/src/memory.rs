@@ -15,7 +15,7 @@ use crate::{BATCHES, Coordinates, Method, Settings, SplatBuffer, VisitBuffer, la
 /// `mlt.layers` takes another 48 bytes a pixel and 8 for each of the parts that the standard error comes from, which take a
 /// gibibyte at most, or 32 bytes a pixel if that is more.
 pub fn peak_bytes(settings: &Settings) -> usize {
-    let (width, height) = settings.size;
+    let (width, height) = settings.film_size();
     let grid = Grid::new(width, height, settings.filter.filter());
     let mut pixel = FILM_BYTES_PER_PIXEL + 2 * PICTURE_BYTES_PER_PIXEL;
     // The last sample, or the last look at the chains, may need more room than is left.

@@ -38,8 +38,7 @@ fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64
     let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);
     let emitted = scene.emitted(&light, edge.direction);
     let carried = scattering * emitted * edge.transmittance * edge.geometry;
-    if !is_usable(Place::NextEvent, carried) || carried.max_element() <= 0.0 || !scene.mutually_visible(&light, vertex)
-    {
+    if !is_usable(Place::NextEvent, carried) || carried.max_element() <= 0.0 || !scene.connects(&light, vertex, &edge) {
         return Rgb::ZERO;
     }
     let density = scene.emitter_pdf_area(&light);
@@ -56,13 +55,17 @@ impl Estimator for PathTracer {
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         let camera = scene.camera();
         rng.enter(WALK, 0);
-        let w = camera.sample([rng.uniform(), rng.uniform()]);
-        let Some(raster) = camera.raster(w) else { return };
-        let mut sum = Rgb::ZERO;
-        let mut before = scene.camera_vertex();
-        let Some(mut vertex) = scene.look(&before, w) else { return };
+        // The image point comes first, for sources that choose it.
+        let raster = camera.sample_raster([rng.uniform(), rng.uniform()]);
+        let mut before = scene.sample_eye(rng);
+        let sight = camera.sight(before.position, raster);
+        let Some(raster) = camera.raster(&sight) else { return };
+        let (mut sum, mut vertex) = (Rgb::ZERO, before);
+        if !scene.look_along(&before, &sight, &mut vertex, rng) {
+            return;
+        }
         let mut edge = Edge::new(scene, &vertex, &before);
-        let mut throughput = edge.transmittance * (camera.responsivity(w) / camera.pdf_solid_angle(w));
+        let mut throughput = edge.transmittance * camera.weight(&sight);
         // Area density with which the walk sampled the vertex it is at; `None` if no light sample could have.
         let mut pdf_walk: Option<f64> = None;
         for edges in 1..=self.lengths.max_edges {
@@ -85,7 +88,7 @@ impl Estimator for PathTracer {
             }
             let u = [rng.uniform(), rng.uniform(), rng.uniform()];
             let Some((w, component)) = vertex.interaction.sample(w_eye, u) else { break };
-            let Some(next) = scene.look(&vertex, w) else { break };
+            let Some(next) = scene.look(&vertex, w, rng) else { break };
             before = vertex;
             vertex = next;
             edge = Edge::new(scene, &vertex, &before);

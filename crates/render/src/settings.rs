@@ -1,7 +1,8 @@
 //! What a render is asked to do. Everything here is read from RON.
 
 use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{CameraDescription, Forced, Lengths, Roulette, View};
+use ergodic_pathspace::{CameraDescription, Forced, Lengths, Projection, Roulette, View};
+use ergodic_scattering::Lens;
 use serde::{Deserialize, Serialize};
 
 use crate::primary::PrimaryMutation;
@@ -22,10 +23,15 @@ pub struct Settings {
     pub light_units: LightUnits,
     /// Which variant of the materials (KHR_materials_variants), by name; empty for the scene's default.
     pub variant: String,
-    /// Width and height of the picture in pixels.
+    /// The camera's lens; `None` for what the scene's file says, which is a pinhole if it says nothing.
+    pub lens: Option<LensSettings>,
+    /// Width and height of the picture in pixels, before it is cropped.
     pub size: (u32, u32),
     /// Effects that are forced on or off, whatever the scene has. Rendering itself does not read it.
     pub effects: Forced,
+    /// The window of the picture that is rendered: `(left, top, right, bottom)` in pixels from its upper left corner, the last two
+    /// not included. `None` for all of it.
+    pub crop: Option<(u32, u32, u32, u32)>,
     /// Reconstruction filter.
     pub filter: FilterSettings,
     /// Key of all random streams.
@@ -162,6 +168,22 @@ impl LightUnits {
     }
 }
 
+/// A thin lens before the scene's camera. Lengths are in units of the scene's file, which are metres.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LensSettings {
+    /// Radius of the aperture; of a polygon, that of the circle through its corners. 0 for a pinhole.
+    pub radius: f64,
+    /// Distance along the camera's axis of the plane that is seen sharp.
+    pub focus_distance: f64,
+    /// Number of blades, which are the sides of the aperture; 0 for a disk.
+    #[serde(default)]
+    pub blades: u32,
+    /// Angle of the polygon's first corner in radians, from right towards up as the camera sees it.
+    #[serde(default)]
+    pub rotation: f64,
+}
+
 /// A reconstruction filter.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub enum FilterSettings {
@@ -265,8 +287,10 @@ impl Default for Settings {
             camera: String::new(),
             light_units: LightUnits::Radiometric,
             variant: String::new(),
+            lens: None,
             size: (384, 256),
             effects: Forced::default(),
+            crop: None,
             filter: FilterSettings::Box,
             seed: 0,
             threads: 0,
@@ -321,6 +345,14 @@ impl FilterSettings {
     }
 }
 
+impl LensSettings {
+    /// The lens itself.
+    pub fn lens(self) -> Lens {
+        let Self { radius, focus_distance, blades, rotation } = self;
+        Lens { radius, focus_distance, blades, rotation }
+    }
+}
+
 impl RouletteSettings {
     pub(crate) fn roulette(self) -> Roulette {
         Roulette { start: self.start, survival: self.survival }
@@ -338,10 +370,19 @@ impl Settings {
         Lengths { min_edges: self.min_edges, max_edges: self.max_edges }
     }
 
-    /// The view of a scene that these settings ask for.
-    pub fn view(&self, camera: CameraDescription) -> View {
+    /// The view of a scene that these settings ask for. An orthographic camera has no lens, whatever they say.
+    pub fn view(&self, mut camera: CameraDescription) -> View {
+        if let (Some(settings), Projection::Perspective { lens, .. }) = (self.lens, &mut camera.projection) {
+            *lens = (settings.radius > 0.0).then(|| settings.lens());
+        }
         let margin = (self.filter.filter().radius() - 0.5).max(0.0);
-        View { camera, width: self.size.0, height: self.size.1, margin }
+        View { camera, width: self.size.0, height: self.size.1, margin, crop: self.crop }
+    }
+
+    /// Width and height in pixels of the picture that is rendered: of the window, if there is one.
+    pub fn film_size(&self) -> (u32, u32) {
+        self.crop
+            .map_or(self.size, |(left, top, right, bottom)| (right.saturating_sub(left), bottom.saturating_sub(top)))
     }
 
     /// Checks all values.
@@ -363,6 +404,17 @@ impl Settings {
         }
         if u64::from(width) * u64::from(height) > MAX_PIXELS {
             return Err(format!("size is {width}x{height}; a picture may have at most {MAX_PIXELS} pixels"));
+        }
+        if let Some((left, top, right, bottom)) = self.crop
+            && !(left < right && right <= width && top < bottom && bottom <= height)
+        {
+            return Err(format!(
+                "crop is ({left}, {top}, {right}, {bottom}); 0 <= left < right <= {width} and 0 <= top < bottom <= {height} must \
+                 hold"
+            ));
+        }
+        if let Some(lens) = self.lens {
+            lens.lens().check().map_err(|(field, problem)| format!("lens.{field} {problem}"))?;
         }
         if let FilterSettings::Gaussian { radius, sigma } = self.filter {
             positive("filter.sigma", sigma)?;

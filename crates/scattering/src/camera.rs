@@ -1,38 +1,108 @@
-//! The pinhole camera: raster positions, directions, responsivity (Veach's W_e) and the densities between them.
+//! The camera: raster positions, lines of sight, responsivity (Veach's W_e) and the densities between them.
+//!
+//! With x the last vertex before the camera and e the camera's own, the picture's mean is the integral of
+//! L(x -> e) W_e G over both of them, where the camera's vertex is
+//!
+//! - of a pinhole, a Dirac: G = |cos| / d^2, without a cosine at the camera;
+//! - of a thin lens, a point of the aperture, measured by area: G = |cos| |cos| / d^2 with the cosine at the lens, which stands
+//!   across the axis. Each of its points sees a picture of its own, and all of them agree on the plane in focus;
+//! - of an orthographic camera, a direction without position, as that of a distant light: W_e is per area of the film, and G is the
+//!   cosine at x alone.
+//!
+//! W_e is scaled so that a uniform environment of radiance 1 has mean 1, whatever the aperture.
 
 use glam::{DAffine3, DVec2, DVec3};
 
-/// A perspective pinhole camera.
+use crate::Lens;
+
+/// A camera.
 ///
 /// Raster coordinates are pixels: (0, 0) is the image's top left corner, x goes right and y down. The raster *domain* is
 /// the image enlarged by a margin on every side, for filters that reach over the border.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
+    /// The pinhole, the middle of the lens, or the middle of the orthographic film, before it is cropped.
     position: DVec3,
     right: DVec3,
     up: DVec3,
     forward: DVec3,
     /// Width and height of the image in pixels.
     size: DVec2,
-    /// Width and height of the image on the plane at unit distance.
+    /// Width and height of the image on the plane at unit distance; of an orthographic one, on its film.
     extent: DVec2,
+    /// The middle of the image there, right and down of the axis.
+    middle: DVec2,
     margin: f64,
+    optics: Optics,
+}
+
+/// How a camera gathers light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Optics {
+    /// A perspective view through one point.
+    Pinhole,
+    /// A perspective view through an aperture.
+    Lens {
+        /// The lens.
+        lens: Lens,
+        /// Area of its aperture.
+        area: f64,
+    },
+    /// Parallel lines of sight.
+    Orthographic,
+}
+
+/// A line of sight: from the camera's vertex to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// The pinhole, the point of the lens, or the point of the film; the last is not read.
+    pub eye: DVec3,
+    /// The point that is seen, which only an orthographic camera reads. NaN where it has no position.
+    pub point: DVec3,
+    /// Unit direction from the camera to the point.
+    pub direction: DVec3,
 }
 
 impl Camera {
-    /// A camera that looks along the local -z axis of `transform` with +y up (glTF 2.0, section 3.10), `vertical_fov` in
+    /// A pinhole camera that looks along the local -z axis of `transform` with +y up (glTF 2.0, section 3.10), `vertical_fov` in
     /// radians over the image's height. Scale in `transform` is ignored.
     pub fn new(transform: DAffine3, vertical_fov: f64, width: u32, height: u32, margin: f64) -> Self {
+        Self::over(transform, 2.0 * (0.5 * vertical_fov).tan(), width, height, margin)
+    }
+
+    /// An orthographic camera whose image is `tall` high in the world. Its film goes through the origin of `transform`; what lies
+    /// behind it is not seen.
+    pub fn orthographic(transform: DAffine3, tall: f64, width: u32, height: u32, margin: f64) -> Self {
+        Self { optics: Optics::Orthographic, ..Self::over(transform, tall, width, height, margin) }
+    }
+
+    fn over(transform: DAffine3, tall: f64, width: u32, height: u32, margin: f64) -> Self {
         let forward = (-transform.matrix3.z_axis).normalize_or(DVec3::NEG_Z);
         let up = transform.matrix3.y_axis;
         let right = forward.cross(up).normalize_or(forward.any_orthonormal_vector());
         let size = DVec2::new(f64::from(width), f64::from(height));
-        let tall = 2.0 * (0.5 * vertical_fov).tan();
         let extent = DVec2::new(tall * size.x / size.y, tall);
-        Self { position: transform.translation, right, up: right.cross(forward), forward, size, extent, margin }
+        let (position, up) = (transform.translation, right.cross(forward));
+        Self { position, right, up, forward, size, extent, middle: DVec2::ZERO, margin, optics: Optics::Pinhole }
     }
 
-    /// The pinhole.
+    /// The same pinhole camera with a lens.
+    #[must_use]
+    pub fn with_lens(self, lens: Lens) -> Self {
+        Self { optics: Optics::Lens { lens, area: lens.area() }, ..self }
+    }
+
+    /// The camera of a window of the image, from the pixel corner `low` to the corner `high`. Its raster begins at `low`, and its
+    /// picture is that part of the whole one; means over the image are means over the window.
+    #[must_use]
+    pub fn cropped(self, low: DVec2, high: DVec2) -> Self {
+        let size = high - low;
+        let extent = self.extent * size / self.size;
+        let middle = self.middle + (0.5 * (low + high) / self.size - 0.5) * self.extent;
+        Self { size, extent, middle, ..self }
+    }
+
+    /// The pinhole, or the middle of the lens or of the film.
     #[inline]
     pub fn position(&self) -> DVec3 {
         self.position
@@ -42,6 +112,12 @@ impl Camera {
     #[inline]
     pub fn forward(&self) -> DVec3 {
         self.forward
+    }
+
+    /// How it gathers light.
+    #[inline]
+    pub fn optics(&self) -> &Optics {
+        &self.optics
     }
 
     /// Width and height of the image in pixels.
@@ -62,10 +138,13 @@ impl Camera {
         self.size.x * self.size.y
     }
 
-    /// The angle that a pixel in the middle of the image spans vertically, in radians.
+    /// What a pixel in the middle of the image spans vertically at a distance from the camera, to first order.
     #[inline]
-    pub fn radians_per_pixel(&self) -> f64 {
-        self.extent.y / self.size.y
+    pub fn length_per_pixel(&self, distance: f64) -> f64 {
+        match self.optics {
+            Optics::Pinhole | Optics::Lens { .. } => self.extent.y / self.size.y * distance,
+            Optics::Orthographic => self.extent.y / self.size.y,
+        }
     }
 
     /// Area of the raster domain in pixels^2.
@@ -75,59 +154,150 @@ impl Camera {
         domain.x * domain.y
     }
 
-    /// The unit direction from the pinhole through a raster position.
+    /// A position uniform over the raster domain.
     #[inline]
-    pub fn direction(&self, raster: DVec2) -> DVec3 {
-        let plane = (raster / self.size - 0.5) * self.extent;
-        (self.right * plane.x - self.up * plane.y + self.forward).normalize()
+    pub fn sample_raster(&self, u: [f64; 2]) -> DVec2 {
+        DVec2::from(u) * (self.size + 2.0 * self.margin) - self.margin
     }
 
-    /// The raster position that sees `direction`; `None` behind the camera or outside the raster domain.
+    /// A position uniform over the aperture, of density [`Self::pdf_aperture`]; `None` for a camera without one, whose vertex is
+    /// given.
     #[inline]
-    pub fn raster(&self, direction: DVec3) -> Option<DVec2> {
-        let depth = direction.dot(self.forward);
-        if depth <= 0.0 {
-            return None;
+    pub fn sample_aperture(&self, u: [f64; 2]) -> Option<DVec3> {
+        let Optics::Lens { lens, .. } = &self.optics else { return None };
+        let offset = lens.sample(u);
+        Some(self.position + self.right * offset.x + self.up * offset.y)
+    }
+
+    /// Density per area of a point of the aperture; 1, the Dirac divided out, if there is none.
+    #[inline]
+    pub fn pdf_aperture(&self) -> f64 {
+        match self.optics {
+            Optics::Lens { area, .. } => 1.0 / area,
+            Optics::Pinhole | Optics::Orthographic => 1.0,
         }
-        let plane = DVec2::new(direction.dot(self.right), -direction.dot(self.up)) / depth;
-        let raster = (plane / self.extent + 0.5) * self.size;
+    }
+
+    /// Whether the camera's vertex can be sampled.
+    #[inline]
+    pub fn has_aperture(&self) -> bool {
+        matches!(self.optics, Optics::Lens { .. })
+    }
+
+    /// Where `eye`, a point of the lens, sees what a ray through the middle of the lens sees at the origin of the plane at unit
+    /// distance: to the right and down.
+    #[inline]
+    fn parallax(&self, lens: &Lens, eye: DVec3) -> DVec2 {
+        let offset = eye - self.position;
+        DVec2::new(offset.dot(self.right), -offset.dot(self.up)) / lens.focus_distance
+    }
+
+    /// Where a raster position is on the plane at unit distance, or on the orthographic film.
+    #[inline]
+    fn plane(&self, raster: DVec2) -> DVec2 {
+        (raster / self.size - 0.5) * self.extent + self.middle
+    }
+
+    /// The line of sight on which a raster position is seen from `eye`, the position of the camera's vertex, which of an
+    /// orthographic camera is not read. Its point lies at unit distance.
+    #[inline]
+    pub fn sight(&self, eye: DVec3, raster: DVec2) -> Sight {
+        let plane = self.plane(raster);
+        let towards = |plane: DVec2| (self.right * plane.x - self.up * plane.y + self.forward).normalize();
+        let (origin, direction) = match &self.optics {
+            Optics::Pinhole => (eye, towards(plane)),
+            Optics::Lens { lens, .. } => (eye, towards(plane - self.parallax(lens, eye))),
+            Optics::Orthographic => (self.position + self.right * plane.x - self.up * plane.y, self.forward),
+        };
+        Sight { eye: origin, point: origin + direction, direction }
+    }
+
+    /// How far a point is before the camera, along its axis.
+    #[inline]
+    pub fn depth(&self, point: DVec3) -> f64 {
+        (point - self.position).dot(self.forward)
+    }
+
+    /// The raster position at which a point is seen; `None` behind the camera or outside the raster domain.
+    #[inline]
+    pub fn raster(&self, sight: &Sight) -> Option<DVec2> {
+        let plane = match &self.optics {
+            Optics::Pinhole => self.perspective(sight.direction)?,
+            Optics::Lens { lens, .. } => self.perspective(sight.direction)? + self.parallax(lens, sight.eye),
+            Optics::Orthographic => {
+                let offset = sight.point - self.position;
+                let in_front = offset.dot(self.forward) > 0.0;
+                in_front.then(|| DVec2::new(offset.dot(self.right), -offset.dot(self.up)))?
+            }
+        };
+        let raster = ((plane - self.middle) / self.extent + 0.5) * self.size;
         let low = DVec2::splat(-self.margin);
         let high = self.size + self.margin;
         (raster.cmpge(low).all() && raster.cmple(high).all()).then_some(raster)
     }
 
-    /// The raster position that sees `direction` and the responsivity W_e in 1/sr there; `None` where [`Self::raster`] is.
+    /// Where a direction meets the plane at unit distance; `None` if it points backward.
+    #[inline]
+    fn perspective(&self, direction: DVec3) -> Option<DVec2> {
+        let depth = direction.dot(self.forward);
+        if depth <= 0.0 {
+            return None;
+        }
+        Some(DVec2::new(direction.dot(self.right), -direction.dot(self.up)) / depth)
+    }
+
+    /// The raster position at which a point is seen and the responsivity W_e there; `None` where [`Self::raster`] is.
     ///
-    /// 1/cos^3 of the angle with the axis is the ratio of area on the plane at unit distance to solid angle.
+    /// W_e is in 1/sr, of a lens per area of the aperture besides, of an orthographic camera per area of the film instead. 1/cos^3 of
+    /// the angle with the axis is the ratio of area on the plane at unit distance to solid angle.
     #[inline]
-    pub fn seen(&self, direction: DVec3) -> Option<(DVec2, f64)> {
-        let raster = self.raster(direction)?;
-        let cos = direction.dot(self.forward);
-        Some((raster, 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y)))
+    pub fn seen(&self, sight: &Sight) -> Option<(DVec2, f64)> {
+        let raster = self.raster(sight)?;
+        let cos = sight.direction.dot(self.forward);
+        let responsivity = match self.optics {
+            Optics::Pinhole => 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y),
+            Optics::Lens { area, .. } => 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y) / (area * cos),
+            Optics::Orthographic => 1.0 / (self.extent.x * self.extent.y),
+        };
+        Some((raster, responsivity))
     }
 
-    /// W_e in 1/sr: with it the integral of incident radiance over directions is the mean of the image. A pinhole has no
-    /// normal, so no cosine at the camera goes with it. 0 outside the raster domain.
+    /// W_e; 0 outside the raster domain. With it the measured light is the mean of the image.
     #[inline]
-    pub fn responsivity(&self, direction: DVec3) -> f64 {
-        self.seen(direction).map_or(0.0, |(_, responsivity)| responsivity)
+    pub fn responsivity(&self, sight: &Sight) -> f64 {
+        self.seen(sight).map_or(0.0, |(_, responsivity)| responsivity)
     }
 
-    /// |d raster area / d solid angle| in pixels^2/sr.
+    /// What W_e of a lens lacks to the density of lines of sight from one of its points: the area of the aperture, and the cosine at
+    /// the lens. `None` without an aperture.
     #[inline]
-    pub fn raster_per_solid_angle(&self, direction: DVec3) -> f64 {
-        self.responsivity(direction) * (self.size.x * self.size.y)
+    pub fn aperture_factor(&self, direction: DVec3) -> Option<f64> {
+        match self.optics {
+            Optics::Lens { area, .. } => Some(area * direction.dot(self.forward)),
+            Optics::Pinhole | Optics::Orthographic => None,
+        }
     }
 
-    /// Density in 1/sr of [`Self::sample`].
+    /// |d raster area / d solid angle| in pixels^2/sr from the camera's vertex; of an orthographic camera pixels^2 per area of the
+    /// film.
     #[inline]
-    pub fn pdf_solid_angle(&self, direction: DVec3) -> f64 {
-        self.raster_per_solid_angle(direction) / self.domain_area()
+    pub fn raster_per_measure(&self, sight: &Sight) -> f64 {
+        let per_measure = self.responsivity(sight) * (self.size.x * self.size.y);
+        self.aperture_factor(sight.direction).map_or(per_measure, |factor| per_measure * factor)
     }
 
-    /// The direction of a raster position uniform over the raster domain.
+    /// Density in 1/sr, or per area of an orthographic film, of a line of sight through [`Self::sample_raster`], given the camera's
+    /// vertex.
     #[inline]
-    pub fn sample(&self, u: [f64; 2]) -> DVec3 {
-        self.direction(DVec2::from(u) * (self.size + 2.0 * self.margin) - self.margin)
+    pub fn pdf_sight(&self, sight: &Sight) -> f64 {
+        self.raster_per_measure(sight) / self.domain_area()
+    }
+
+    /// What a line of sight so drawn from a vertex so drawn weighs: W_e times the cosine at a lens, over both densities.
+    #[inline]
+    pub fn weight(&self, sight: &Sight) -> f64 {
+        let responsivity = self.responsivity(sight);
+        let measured = self.aperture_factor(sight.direction).map_or(responsivity, |factor| responsivity * factor);
+        measured / self.pdf_sight(sight)
     }
 }

@@ -8,6 +8,22 @@ use crate::{
     Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Parameters, Rgb, Texture, TextureUse, normal_map,
 };
 
+/// What alpha, the product of those of base colour factor, texture and mesh, means (glTF 2.0, section 3.9.4).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// Nothing: the surface is whole.
+    #[default]
+    Opaque,
+    /// The surface is there where alpha is at least this, and nowhere else.
+    Mask {
+        /// alphaCutoff.
+        cutoff: f64,
+    },
+    /// The surface covers this share of every small area: it scatters and emits this share, and lets the rest of the light pass
+    /// straight through.
+    Blend,
+}
+
 /// A material. Colours are linear. Defaults are glTF's.
 #[derive(Clone, Debug)]
 pub struct Material {
@@ -15,6 +31,10 @@ pub struct Material {
     pub name: String,
     /// baseColorFactor without alpha.
     pub base_color: Rgb,
+    /// How much of what lies behind the surface it covers.
+    pub alpha_mode: AlphaMode,
+    /// Alpha of baseColorFactor.
+    pub alpha: f64,
     /// baseColorTexture.
     pub base_color_texture: Option<TextureUse>,
     /// metallicFactor.
@@ -77,6 +97,8 @@ impl Default for Material {
         Self {
             name: String::new(),
             base_color: Rgb::ONE,
+            alpha_mode: AlphaMode::Opaque,
+            alpha: 1.0,
             base_color_texture: None,
             metallic: 1.0,
             roughness: 1.0,
@@ -131,6 +153,33 @@ impl Material {
     pub fn tangent_texcoord(&self) -> Option<usize> {
         let base = self.normal_texture.as_ref().map(|texture| texture.texcoord);
         base.or_else(|| self.layers.as_ref()?.tangent_texcoord())
+    }
+
+    /// The share of what lies behind that the surface covers at a point, on both sides alike, in [0, 1]. The boundaries of refracting
+    /// solids are whole: light that passed them unrefracted would be neither inside nor outside.
+    pub fn coverage(&self, textures: &[Texture], surface: &Surface) -> f64 {
+        self.coverage_of(|| {
+            let texel = self.base_color_texture.map_or(1.0, |texture| texture.at(textures, surface).w);
+            self.alpha * texel * surface.color.w
+        })
+    }
+
+    /// The least share that it covers anywhere on a mesh whose colours have at least this alpha.
+    pub fn least_coverage(&self, textures: &[Texture], color_alpha: f64) -> f64 {
+        self.coverage_of(|| {
+            let texel = self.base_color_texture.map_or(1.0, |texture| textures[texture.texture].least_alpha());
+            self.alpha * texel * color_alpha
+        })
+    }
+
+    #[inline]
+    fn coverage_of(&self, alpha: impl FnOnce() -> f64) -> f64 {
+        match self.alpha_mode {
+            AlphaMode::Opaque => 1.0,
+            _ if self.is_solid() => 1.0,
+            AlphaMode::Mask { cutoff } => f64::from(u8::from(alpha() >= cutoff)),
+            AlphaMode::Blend => alpha().clamp(0.0, 1.0),
+        }
     }
 
     /// The scattering at every point of a surface with this material, if no texture changes it; for white vertex colours.

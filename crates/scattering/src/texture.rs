@@ -139,6 +139,11 @@ impl Texture {
         self.texels.read(y * self.width as usize + x)
     }
 
+    /// The least alpha of a texel, and so of any value between them.
+    pub fn least_alpha(&self) -> f64 {
+        (0..self.texels.len()).map(|i| self.texels.read(i).w).fold(1.0, f64::min)
+    }
+
     /// The value at texture coordinates `uv`: linear RGBA. Coordinates that are not finite read as 0.
     pub fn lookup(&self, uv: DVec2) -> DVec4 {
         let uv = if uv.is_finite() { uv } else { DVec2::ZERO };

@@ -131,7 +131,7 @@ fn random_damage_never_panics_or_hangs() {
                     loaded += 1;
                     // What was let through must not break what is built from it.
                     if let Ok((camera, _)) = asset.camera("", 1.0) {
-                        let view = View { camera, width: 4, height: 4, margin: 0.0 };
+                        let view = View { camera, width: 4, height: 4, margin: 0.0, crop: None };
                         let _ = Scene::new(asset.description, &view);
                     }
                 }

@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use ergodic_assets::CameraError;
-use ergodic_scattering::{PunctualLight, Rgb};
+use ergodic_pathspace::{CameraDescription, Projection};
+use ergodic_scattering::{Lens, PunctualLight, Rgb};
 use glam::DVec3;
 use serde_json::json;
 
@@ -100,6 +101,13 @@ fn gpu_instances_may_be_quantized_or_have_attributes_of_their_own_only() {
     assert_eq!(load(&file).description.placements.len(), 2);
 }
 
+fn vertical_fov(camera: &CameraDescription) -> f64 {
+    match camera.projection {
+        Projection::Perspective { vertical_fov, .. } => vertical_fov,
+        Projection::Orthographic { .. } => f64::NAN,
+    }
+}
+
 fn with_cameras() -> serde_json::Value {
     let mut file = triangle();
     file["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
@@ -112,7 +120,7 @@ fn with_cameras() -> serde_json::Value {
     file["cameras"] = json!([
         {"type": "perspective", "name": "wide", "perspective": {"yfov": 1.5, "znear": 0.1}},
         {"type": "perspective", "name": "narrow", "perspective": {"yfov": 0.5, "znear": 0.1, "aspectRatio": 2}},
-        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 1, "zfar": 2, "znear": 1}},
+        {"type": "orthographic", "orthographic": {"xmag": 1, "ymag": 3, "zfar": 2, "znear": 1}},
     ]);
     file
 }
@@ -120,14 +128,46 @@ fn with_cameras() -> serde_json::Value {
 #[test]
 fn cameras_are_found_by_number_by_node_and_by_name() {
     let asset = load(&with_cameras());
-    let fov = |wanted: &str| asset.camera(wanted, 1.0).unwrap().0.vertical_fov;
+    let fov = |wanted: &str| vertical_fov(&asset.camera(wanted, 1.0).unwrap().0);
     assert_eq!((fov(""), fov("0"), fov("right"), fov("wide")), (1.5, 1.5, 1.5, 1.5));
     assert_eq!((fov("1"), fov("left"), fov("narrow")), (0.5, 0.5, 0.5));
     assert!(!asset.camera("", 1.0).unwrap().1);
     let error = asset.camera("up", 1.0).unwrap_err().to_string();
     assert!(error.contains("\"up\"") && error.contains("0 (\"right\"), 1 (\"left\")"), "{error}");
-    assert!(asset.camera("2", 1.0).is_err(), "an orthographic camera cannot be chosen");
-    assert!(asset.warnings.iter().any(|w| w.starts_with("Orthographic")), "{:?}", asset.warnings);
+    let flat = asset.camera("flat", 1.0).unwrap().0.projection;
+    assert_eq!(flat, Projection::Orthographic { height: 6.0, near: 1.0 });
+}
+
+#[test]
+fn a_lens_is_read_from_the_extras_of_a_camera() {
+    let lens = |extras: serde_json::Value| {
+        let mut file = with_cameras();
+        file["cameras"][0]["extras"] = extras;
+        match try_load(&file)?.camera("0", 1.0).unwrap().0.projection {
+            Projection::Perspective { lens, .. } => Ok::<_, ergodic_assets::AssetError>(lens),
+            Projection::Orthographic { .. } => unreachable!("camera 0 is perspective"),
+        }
+    };
+    let whole = json!({"lensRadius": 0.01, "focusDistance": 2.5, "lensBlades": 6, "lensRotation": 0.3, "other": [1]});
+    let expected = Lens { radius: 0.01, focus_distance: 2.5, blades: 6, rotation: 0.3 };
+    assert_eq!(lens(whole).unwrap(), Some(expected));
+    let disk = Lens { blades: 0, rotation: 0.0, ..expected };
+    assert_eq!(lens(json!({"lensRadius": 0.01, "focusDistance": 2.5})).unwrap(), Some(disk));
+    // A radius of 0 is a pinhole, and extras of other programs are not looked at.
+    for extras in
+        [json!({"lensRadius": 0, "focusDistance": 2.5}), json!({"focusDistance": "far"}), json!([3]), json!("x")]
+    {
+        assert_eq!(lens(extras).unwrap(), None);
+    }
+    for (extras, place) in [
+        (json!({"lensRadius": -1, "focusDistance": 2}), "cameras[0].extras.lensRadius"),
+        (json!({"lensRadius": 1, "focusDistance": 0}), "cameras[0].extras.focusDistance"),
+        (json!({"lensRadius": 1, "focusDistance": 1, "lensBlades": 2}), "cameras[0].extras.lensBlades"),
+        (json!({"lensRadius": 1}), "cameras[0].extras"),
+        (json!({"lensRadius": "wide", "focusDistance": 1}), "cameras[0].extras"),
+    ] {
+        assert_eq!(lens(extras).unwrap_err().place, place);
+    }
 }
 
 #[test]
@@ -147,7 +187,7 @@ fn without_a_camera_the_whole_scene_is_framed() {
         let (camera, framed) = asset.camera("", aspect).unwrap();
         assert!(framed);
         let to_camera = camera.transform.inverse();
-        let tan = (camera.vertical_fov * 0.5).tan();
+        let tan = (vertical_fov(&camera) * 0.5).tan();
         for x in [100.0, 101.0] {
             for y in [50.0, 51.0] {
                 let p = to_camera.transform_point3(DVec3::new(x, y, -7.0));

@@ -1,6 +1,6 @@
 //! Materials, their extensions and textures.
 
-use ergodic_scattering::{Interpolation, Rgb, Wrap};
+use ergodic_scattering::{AlphaMode, Interpolation, Rgb, Wrap};
 use glam::{DVec2, DVec4};
 use serde_json::json;
 
@@ -58,12 +58,32 @@ fn values_out_of_range_are_clamped_or_refused() {
 }
 
 #[test]
+fn alpha_is_read_with_its_mode() {
+    let read = |mut material: serde_json::Value| {
+        material["pbrMetallicRoughness"] = json!({"baseColorFactor": [1, 1, 1, 0.25]});
+        let asset = load(&with_material(material));
+        (asset.description.materials[0].alpha_mode, asset.description.materials[0].alpha, asset.warnings)
+    };
+    assert_eq!(read(json!({})), (AlphaMode::Opaque, 0.25, vec![]));
+    assert_eq!(read(json!({"alphaMode": "BLEND"})), (AlphaMode::Blend, 0.25, vec![]));
+    assert_eq!(read(json!({"alphaMode": "MASK"})).0, AlphaMode::Mask { cutoff: 0.5 });
+    assert_eq!(read(json!({"alphaMode": "MASK", "alphaCutoff": 0.75})).0, AlphaMode::Mask { cutoff: 0.75 });
+    let error = try_load(&with_material(json!({"alphaMode": "MASK", "alphaCutoff": -1}))).unwrap_err();
+    assert_eq!(error.place, "materials[0].alphaCutoff");
+    let solid = json!({"alphaMode": "BLEND", "extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1}}});
+    let mut file = with_material(solid);
+    file["materials"][0]["pbrMetallicRoughness"] = json!({"metallicFactor": 0});
+    assert!(load(&file).warnings[0].starts_with("Alpha of refracting solids"));
+}
+
+#[test]
 fn unsupported_extensions_are_named_once_and_required_ones_refused() {
-    let mut file = with_material(json!({"alphaMode": "BLEND"}));
+    let mut file = with_material(json!({}));
     file["extensionsUsed"] = json!(["KHR_materials_dispersion", "KHR_materials_ior"]);
     let warnings = load(&file).warnings;
-    assert_eq!(warnings.len(), 2, "{warnings:?}");
-    assert!(warnings[0].starts_with("KHR_materials_dispersion") && warnings[1].starts_with("alphaMode BLEND"));
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].starts_with("KHR_materials_dispersion"));
     file["extensionsRequired"] = json!(["KHR_materials_dispersion"]);
     let error = try_load(&file).unwrap_err();
     assert_eq!((error.trouble, error.place.as_str()), (ergodic_assets::Trouble::Unsupported, "extensionsRequired"));

@@ -73,7 +73,7 @@ pub fn log_log(title: &str, x_name: &str, y_name: &str, bands: &[Band]) -> Strin
     let all = || shown.iter().flat_map(|(_, points)| points.iter());
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" font-family=\"sans-serif\" \
-         font-size=\"13\">\n<title>{}</title>\n<style>.ink{{fill:#222}}.grid{{stroke:#8884}}.frame{{stroke:#8888;fill:none}}\
+         font-size=\"13\">\n<title>{}</title>\n<style>.ink{{fill:#222}}.grid{{stroke:#888;stroke-opacity:.3}}.frame{{stroke:#888;fill:none}}\
          @media(prefers-color-scheme:dark){{.ink{{fill:#ddd}}}}</style>\n<text class=\"ink\" x=\"{left}\" y=\"24\" \
          font-size=\"16\">{}</text>\n",
         escaped(title),

@@ -70,10 +70,9 @@ fn wrong_densities_of_the_lens_are_caught() {
         if plan.suffix == 0 { -to.edges[to.length() - 1].to_light_side.max(1e-3).ln() } else { 0.0 }
     });
     assert!(z > 8.0, "z = {z}");
-    // The cosines left out of the conversion to raster area.
+    // The same of the lens perturbation, which keeps the point of the lens.
     let z = drift_of(&space, vec![AnyMutation::Lens(LensPerturbation::default())], 150_000, &|_, to: &Path, _| {
-        let k = to.length();
-        -3.0 * to.edges[k - 1].direction.dot(to.vertices[k].interaction.ng).abs().ln()
+        -to.edges[to.length() - 1].to_light_side.ln()
     });
     assert!(z > 8.0, "z = {z}");
 }

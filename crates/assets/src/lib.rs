@@ -125,6 +125,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Resu
         medium: Medium::VACUUM,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
+    volume_scatter::warn_of_open_meshes(&description, &mut warnings);
     let (warnings, notes) = warnings.into_sentences();
     Ok(Asset { file: name.into(), description, warnings, notes, summary })
 }

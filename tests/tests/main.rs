@@ -7,6 +7,7 @@ mod effects;
 mod environment;
 mod exact_rank;
 mod image_faults;
+mod media;
 mod mutation_laws;
 mod numerics;
 mod primary_laws;

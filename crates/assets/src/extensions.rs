@@ -4,10 +4,10 @@ use gltf::json::{Root, buffer};
 
 use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
-use crate::{material_layers, variants};
+use crate::{material_layers, variants, volume_scatter};
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 24] = [
+const UNDERSTOOD: [&str; 25] = [
     DRACO,
     MESHOPT[0],
     MESHOPT[1],
@@ -25,6 +25,7 @@ const UNDERSTOOD: [&str; 24] = [
     "KHR_materials_unlit",
     variants::NAME,
     "KHR_materials_volume",
+    volume_scatter::NAME,
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",

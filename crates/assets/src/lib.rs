@@ -34,11 +34,13 @@ mod tangents;
 mod texture;
 mod uri;
 mod variants;
+mod volume_scatter;
 mod warnings;
 
 use std::path::Path;
 
 use ergodic_pathspace::{Effects, SceneDescription};
+use ergodic_scattering::Medium;
 
 pub use asset::{Asset, CameraError, Summary};
 use document::Document;
@@ -120,8 +122,10 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Resu
         textures: library.textures.textures,
         lights: world.lights,
         environment: None,
+        medium: Medium::VACUUM,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };
+    volume_scatter::warn_of_open_meshes(&description, &mut warnings);
     let (warnings, notes) = warnings.into_sentences();
     Ok(Asset { file: name.into(), description, warnings, notes, summary })
 }

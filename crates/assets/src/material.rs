@@ -11,6 +11,7 @@ use crate::document::Document;
 use crate::error::Flaw;
 use crate::material_layers::{self, extension};
 use crate::texture::{Encoding, Reference, Textures};
+use crate::volume_scatter;
 use crate::warnings::Warnings;
 
 /// Least attenuation colour: a channel of 0 would absorb everything over any distance.
@@ -20,7 +21,7 @@ const LEAST_ATTENUATION: f64 = 1e-6;
 pub(crate) struct Reader<'a> {
     document: &'a Document,
     textures: &'a mut Textures,
-    warnings: &'a mut Warnings,
+    pub(crate) warnings: &'a mut Warnings,
     /// Where the material is in the file.
     pub place: String,
 }
@@ -196,6 +197,7 @@ fn read_extensions(
         // An addition of 0 keeps a clear channel from being -0.
         material.absorption = Rgb::new(-color.x.ln(), -color.y.ln(), -color.z.ln()) / distance + Rgb::ZERO;
     }
+    volume_scatter::read(&extensions.others, material, reader)?;
     if let Some(old) = extension::<OldWorkflow>(&extensions.others, OLD_WORKFLOW, &reader.place)? {
         read_specular_glossiness(&old, material, reader)?;
     }

@@ -55,6 +55,7 @@ fn place(finding: &Finding, description: &SceneDescription) -> String {
             finding.count,
             match finding.effect {
                 Effect::Environment => "map",
+                Effect::Absorption | Effect::Scattering => "medium",
                 Effect::VertexColors => "mesh with it",
                 Effect::Instances => "placement",
                 Effect::Aperture | Effect::Orthographic => "camera",

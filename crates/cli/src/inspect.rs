@@ -216,6 +216,9 @@ fn material(material: &Material) -> Vec<String> {
     if material.is_solid() && material.absorption.max_element() > 0.0 {
         more.push(format!("absorbs {:.3}", material.absorption));
     }
+    if material.medium().scatters() {
+        more.push(format!("scatters {:.3}, mean cosine {:.2}", material.scattering, material.anisotropy));
+    }
     match material.alpha_mode {
         AlphaMode::Opaque => {}
         AlphaMode::Mask { cutoff } => more.push(format!("there where alpha is at least {cutoff:.3}")),

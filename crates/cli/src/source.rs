@@ -6,6 +6,7 @@ use std::sync::Arc;
 use ergodic_assets::{Asset, from_bytes_variant, load_variant};
 use ergodic_pathspace::{Plan, Projection, Scene};
 use ergodic_render::{LightUnits, Settings};
+use ergodic_scattering::Medium;
 
 use crate::error::CliError;
 use crate::options::SourceOptions;
@@ -98,6 +99,7 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
     }
     let Asset { mut description, file, .. } = asset;
     description.environment = environment;
+    description.medium = settings.medium.map_or(Medium::VACUUM, |medium| medium.medium());
     let mut view = settings.view(camera);
     let plan = description.plan(&mut view.camera, &settings.effects);
     for effect in plan.missing().iter() {

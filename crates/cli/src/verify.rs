@@ -8,7 +8,7 @@ use ergodic_assets::load;
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::Scene;
 use ergodic_render::{Budget, Direct, Method, Settings, render_replicas};
-use ergodic_scattering::Environment;
+use ergodic_scattering::{Environment, Medium};
 
 use crate::environment;
 use crate::error::CliError;
@@ -131,7 +131,7 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
     for (name, scene_file, reference_file) in &scenes {
         let reference = Reference::read(reference_file)?;
         let mut asset = load(scene_file)?;
-        asset.description.environment = environment_of(scene_file, name)?;
+        (asset.description.environment, asset.description.medium) = surroundings_of(scene_file, name)?;
         let (width, height) = (reference.mean.width, reference.mean.height);
         let (camera, _) = asset.camera("", f64::from(width) / f64::from(height))?;
         let view = Settings { size: (width, height), ..Settings::default() }.view(camera);
@@ -200,13 +200,15 @@ fn scenes(options: &VerifyOptions) -> Result<Vec<(String, PathBuf, PathBuf)>, Cl
     Ok(chosen.into_iter().map(files).collect())
 }
 
-/// The environment that the config beside a scene names, NAME.ron; none without a config.
-fn environment_of(scene_file: &Path, name: &str) -> Result<Option<Environment>, CliError> {
+/// The environment and the medium that the config beside a scene names, NAME.ron; none without a config.
+fn surroundings_of(scene_file: &Path, name: &str) -> Result<(Option<Environment>, Medium), CliError> {
     let config = scene_file.with_file_name(format!("{name}.ron"));
     if !config.exists() {
-        return Ok(None);
+        return Ok((None, Medium::VACUUM));
     }
-    Ok(environment::load(crate::config::load(&config)?.environment.as_ref())?.0)
+    let settings = crate::config::load(&config)?;
+    let medium = settings.medium.map_or(Medium::VACUUM, |medium| medium.medium());
+    Ok((environment::load(settings.environment.as_ref())?.0, medium))
 }
 
 fn stem(name: &str, case: &Case) -> String {

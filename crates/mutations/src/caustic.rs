@@ -6,13 +6,14 @@
 
 use ergodic_geometry::Frame;
 use ergodic_metropolis::{Density, Mutation, RandomSource};
-use ergodic_pathspace::{Path, PathSpace};
+use ergodic_pathspace::{End, Path, PathSpace};
 use ergodic_scattering::Component;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::chains::{connect, dirac_factor, follow, trace};
+use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
+use crate::retrace::{conversion, length, perturb_length, retrace};
 use crate::{PathMutation, Rejection, Splice, validate_image_jump};
 
 /// Caustic perturbation.
@@ -102,11 +103,16 @@ impl Mutation for Caustic {
         let in_range = if x.vertices[start].is_distant() {
             let (frame, shift) = (Frame::from_normal(direction), range.displace(rng));
             let through = x.vertices[1].position + frame.t * shift.x + frame.b * shift.y;
-            y.vertices[1] = scene.trace_parallel(direction, through, rng).ok_or(Rejection::Escaped)?;
+            let found = if x.vertices[1].is_in_medium() {
+                scene.place_from_afar(direction, through, perturb_length(length(scene, x, 0), rng), rng)
+            } else {
+                scene.trace_parallel(direction, through, rng)
+            };
+            y.vertices[1] = found.ok_or(Rejection::Escaped)?;
             y.derive_edges(scene, 0, 1);
             Self::pdf_of_move(&range, x, y, start) > 0.0
         } else {
-            trace(scene, y, start, start + 1, range.turn(direction, rng), rng)?;
+            retrace(scene, x, y, (start, start + 1), None, range.turn(direction, rng), rng)?;
             range.allows_turn(direction, y.edges[start].direction)
         };
         if !in_range {
@@ -114,7 +120,7 @@ impl Mutation for Caustic {
         }
         for i in start + 1..k - 1 {
             let w = follow(&mut y.vertices[i], -y.edges[i - 1].direction, x.vertices[i].component)?;
-            trace(scene, y, i, i + 1, w, rng)?;
+            retrace(scene, x, y, (i, i + 1), None, w, rng)?;
         }
         if !y.vertices[k - 1].interaction.has_rough() {
             return Err(Rejection::NotConnectable);
@@ -142,7 +148,7 @@ impl Mutation for Caustic {
         let range = self.range(space, from, start);
         density.multiply(Self::pdf_of_move(&range, from, to, start));
         for i in start + 1..k {
-            density.multiply(to.edges[i - 1].to_eye_side);
+            density.multiply(conversion(&space.scene, from, to, i - 1, End::Light));
             if i + 1 < k {
                 density.multiply(dirac_factor(&to.vertices[i], to.edges[i].direction));
             }

@@ -16,7 +16,7 @@ pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -
     vertex.interaction.dirac_direction(w_from, component).ok_or(Rejection::WrongComponent)
 }
 
-/// Makes vertex `to` of `y` what vertex `from`, its neighbour, sees in direction `w`, and derives the edge between them. Only
+/// Makes vertex `to` of `y` what a walk from vertex `from`, its neighbour, meets in direction `w`, and derives the edge between them. Only
 /// vertex 0, the light end, may be the environment.
 #[inline]
 pub(crate) fn trace(
@@ -31,7 +31,7 @@ pub(crate) fn trace(
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
     let is_light_end = to == 0;
     let (from, to) = if from < to { (low, high) } else { (high, low) };
-    let found = if is_light_end { scene.look_to(from, w, to, rng) } else { scene.trace_to(from, w, to, rng) };
+    let found = if is_light_end { scene.fly_or_escape(from, w, to, rng) } else { scene.fly_to(from, w, to, rng) };
     if !found {
         return Err(Rejection::Escaped);
     }

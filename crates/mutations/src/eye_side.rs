@@ -2,11 +2,12 @@
 //! a vertex that is connected to the rest, or that lands on the light. Lens and multi-chain perturbation are both this.
 
 use ergodic_metropolis::{Density, RandomSource};
-use ergodic_pathspace::{Path, PathSpace};
+use ergodic_pathspace::{End, Path, PathSpace};
 use ergodic_scattering::Component;
 
-use crate::chains::{connect, dirac_factor, follow, trace, trace_sight};
+use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
+use crate::retrace::{conversion, retrace};
 use crate::{Rejection, Splice};
 
 /// How far things move.
@@ -39,11 +40,8 @@ impl EyeSide {
         let mut w = sight.direction;
         y.begin(x, start, k - start, 1);
         for i in (start..k).rev() {
-            if i + 1 == k {
-                trace_sight(scene, y, &sight, rng)?;
-            } else {
-                trace(scene, y, i + 1, i, w, rng)?;
-            }
+            let sight_start = (i + 1 == k).then(|| scene.start_of_sight(&x.vertices[k], &sight));
+            retrace(scene, x, y, (i + 1, i), sight_start, w, rng)?;
             if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
                 let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
                 if !turn.allows_turn(-x.edges[i].direction, -y.edges[i].direction) {
@@ -100,7 +98,7 @@ impl EyeSide {
             density.multiply(factor);
         }
         for i in (start..k).rev() {
-            density.multiply(to.edges[i].to_light_side);
+            density.multiply(conversion(&space.scene, from, to, i, End::Eye));
             if i > start {
                 let vertex = &to.vertices[i];
                 let w_to = -to.edges[i - 1].direction;

@@ -40,9 +40,16 @@ impl JumpRange {
         if max <= most { Self::with_ratio(min, max, self.ln_ratio) } else { Self::new(min.min(most * 0.1), most) }
     }
 
+    /// A size, from a number in [0, 1).
     #[inline]
-    fn size(&self, u: f64) -> f64 {
+    pub(crate) fn size(&self, u: f64) -> f64 {
         self.max * (-self.ln_ratio * u).exp()
+    }
+
+    /// Density of a size: 1 / (r ln(r₂/r₁)).
+    #[inline]
+    pub(crate) fn pdf_size(&self, size: f64) -> f64 {
+        if self.contains(size) { 1.0 / (size * self.ln_ratio) } else { 0.0 }
     }
 
     #[inline]

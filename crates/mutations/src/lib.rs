@@ -10,13 +10,16 @@ mod eye_side;
 mod jump;
 mod lens;
 mod multi_chain;
+mod retrace;
 mod splice;
+mod volume;
 
 pub use bidirectional::Bidirectional;
 pub use caustic::Caustic;
 pub use lens::Lens;
 pub use multi_chain::MultiChain;
 pub use splice::{Rejection, Splice};
+pub use volume::Volume;
 
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Density, Mutation, RandomSource};
@@ -140,6 +143,8 @@ registry! {
     Caustic => "caustic",
     /// Moves the image point through several Dirac chains.
     MultiChain => "multi_chain",
+    /// Moves a point in a medium.
+    Volume => "volume",
 }
 
 /// The radius in pixels of a disk with this share of the image's area.

@@ -63,8 +63,10 @@ effects! {
     DiffuseTransmission: "diffuse transmission", "a diffuse lobe on the other side", "no diffuse lobe on the other side";
     /// Coats, sheen, anisotropy, iridescence.
     Layers: "layers", "the layered surface with all its effects is evaluated", "surfaces are Lambertian or core glTF's";
-    /// Solids that absorb.
+    /// Media that absorb.
     Absorption: "absorption", "edges carry Beer's transmittance, vertices know what they are in", "edges carry no transmittance";
+    /// Media that scatter.
+    Scattering: "scattering media", "walks fly freely and end in media, edges carry the density of flight", "walks fly from surface to surface";
     /// Surfaces that are there in some places only (alphaMode MASK).
     Masks: "alpha masks", "rays ask what they meet whether it is there", "every surface is whole";
     /// Surfaces that cover a share of what lies behind them (alphaMode BLEND).
@@ -212,6 +214,7 @@ fn of_material(material: &Material) -> Effects {
         (Effect::Layers, layers.is_some()),
         (Effect::DiffuseTransmission, layers.is_some_and(|layers| layers.diffuse_transmission > 0.0)),
         (Effect::Absorption, material.is_solid() && material.absorption.max_element() > 0.0),
+        (Effect::Scattering, material.medium().scatters()),
         (Effect::Masks, matches!(material.alpha_mode, AlphaMode::Mask { .. })),
         (Effect::Blending, material.alpha_mode == AlphaMode::Blend),
         (Effect::EmittingSurfaces, emits),
@@ -258,6 +261,8 @@ impl Census {
         }
         findings[Effect::Environment as usize].count =
             description.environment.iter().filter(|environment| environment.total_luminance() > 0.0).count() as u64;
+        findings[Effect::Absorption as usize].count = u64::from(description.medium.absorption.max_element() > 0.0);
+        findings[Effect::Scattering as usize].count = u64::from(description.medium.scatters());
         match camera.map(|camera| camera.projection) {
             Some(Projection::Perspective { lens: Some(_), .. }) => findings[Effect::Aperture as usize].count = 1,
             Some(Projection::Orthographic { .. }) => findings[Effect::Orthographic as usize].count = 1,
@@ -367,6 +372,7 @@ impl SceneDescription {
                 Effect::RoughTransmission => material.transmission = 0.0,
                 Effect::GlossyReflection => (material.specular, material.metallic) = (0.0, 0.0),
                 Effect::Absorption => material.absorption = ergodic_scattering::Rgb::ZERO,
+                Effect::Scattering => material.scattering = ergodic_scattering::Rgb::ZERO,
                 Effect::Masks | Effect::Blending => {
                     let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
                     if masked == (effect == Effect::Masks) {
@@ -383,6 +389,8 @@ impl SceneDescription {
             Effect::PointLights => self.lights.retain(|light| matches!(light, PunctualLight::Directional { .. })),
             Effect::DistantLights => self.lights.retain(|light| !matches!(light, PunctualLight::Directional { .. })),
             Effect::Environment => self.environment = None,
+            Effect::Absorption => self.medium.absorption = ergodic_scattering::Rgb::ZERO,
+            Effect::Scattering => self.medium.scattering = ergodic_scattering::Rgb::ZERO,
             // Every copy becomes a mesh of its own.
             Effect::Instances => {
                 let mut seen = vec![false; self.meshes.len()];

@@ -2,6 +2,8 @@
 //!
 //! A vertex is sampled from its neighbour, either from the light side or from the eye side. A strategy (s, t) samples the
 //! first s vertices from the light and the other t from the eye, and connects. Russian roulette is not part of these.
+//!
+//! What is called area density here is one per volume for points of media.
 
 use crate::{Edge, Path, Scene, Vertex};
 
@@ -15,7 +17,7 @@ pub fn pdf_area_from_light(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i
     if i == 0 {
         return scene.emitter_pdf_area(vertex);
     }
-    if !vertex.is_surface() {
+    if !vertex.scatters() {
         return 0.0;
     }
     let edge = &edges[i - 1];

@@ -1,7 +1,7 @@
 //! A scene as a file states it: what `ergodic-assets` makes and [`Scene::new`](crate::Scene::new) builds from.
 
 use ergodic_geometry::Mesh;
-use ergodic_scattering::{Environment, Lens, Material, PunctualLight, Texture};
+use ergodic_scattering::{Environment, Lens, Material, Medium, PunctualLight, Texture};
 use glam::{DAffine3, DVec3};
 
 use crate::Effects;
@@ -69,6 +69,9 @@ pub struct SceneDescription {
     pub lights: Vec<PunctualLight>,
     /// Light from infinitely far away, from every direction of world space. No glTF file states it.
     pub environment: Option<Environment>,
+    /// What fills the space outside all solids: a ball around everything, the camera and the lights included. Coefficients are per
+    /// unit of world length. No glTF file states it.
+    pub medium: Medium,
     /// Effects that code is to be ready for though nothing here calls for them. It costs time and changes no picture.
     pub ready_for: Effects,
     /// The cameras the file has, in world space.

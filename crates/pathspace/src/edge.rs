@@ -1,5 +1,5 @@
-//! Two neighbouring vertices: direction, geometry term, absorption, and the only conversion between solid-angle and area
-//! measure.
+//! Two neighbouring vertices: direction, geometry term, transmittance, and the only conversion between solid angle and the measure
+//! of vertices, area or volume.
 
 use ergodic_scattering::{Rgb, Sight};
 use glam::DVec3;
@@ -11,13 +11,17 @@ use crate::{Kind, Scene, Vertex};
 /// In scenes with surfaces that cover a share only, visibility is part of it (see [`crate::Coverage`]): the share of light that
 /// passes the segment is in the geometry term and in both conversions, and the coverage of the vertex that is found in the
 /// conversion to its side. The coverage of the light side is in the geometry term, so that a path has that of each vertex once.
+///
+/// In a medium that scatters, a walk flies freely along the segment and ends in the medium or passes it (see [`crate::flight`]): the
+/// conversion to a vertex holds the density with which a flight ends there, so that what is drawn per solid angle becomes a density
+/// per volume, or the probability with which it gets there if that is no point of the medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Unit direction in which light flows: from the light side to the eye side.
     pub direction: DVec3,
     /// Length; infinite when the light side is a distant light or the environment. To an orthographic camera, that to its film.
     pub length: f64,
-    /// Geometry term without visibility, G = |cos| |cos| / d² (Veach 8.3). A cosine is 1 at points in free space; with a
+    /// Geometry term without visibility, G = |cos| |cos| / d² (Veach 8.3). A cosine is 1 at points in free space and in media; with a
     /// distant light or the environment G = |cos| at the eye side, with an orthographic camera |cos| at the light side.
     pub geometry: f64,
     /// Turns a solid-angle density at the light side into an area density at the eye side: |cos| / d². From a distant
@@ -39,7 +43,10 @@ impl Edge {
     /// The edge from `light_side` to `eye_side`.
     #[inline]
     pub fn new(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
-        let edge = Self::between(scene, light_side, eye_side);
+        let mut edge = Self::between(scene, light_side, eye_side);
+        if scene.scatters() {
+            edge = edge.flown(scene, light_side, eye_side);
+        }
         if scene.has_partial_coverage() { edge.covered(scene, light_side, eye_side) } else { edge }
     }
 
@@ -55,6 +62,31 @@ impl Edge {
         }
     }
 
+    /// This edge with free flight in both conversions.
+    fn flown(self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+        let flight = |to: &Vertex| self.flight(scene, light_side, eye_side, to);
+        Self {
+            to_eye_side: self.to_eye_side * flight(eye_side),
+            to_light_side: self.to_light_side * flight(light_side),
+            ..self
+        }
+    }
+
+    /// What free flight adds to the conversion to `to`, one of the two ends: the density per length of a flight that ends there if
+    /// it is a point of a medium, else the probability of getting there. 1 where nothing scatters.
+    #[inline]
+    pub fn flight(&self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex, to: &Vertex) -> f64 {
+        if !scene.scatters() {
+            return 1.0;
+        }
+        let medium = scene.medium_between(light_side, eye_side, self.direction);
+        match (medium.scatters(), to.is_in_medium()) {
+            (false, _) => 1.0,
+            (true, true) => medium.flight_pdf(self.transmittance),
+            (true, false) => medium.flight_survival(self.transmittance),
+        }
+    }
+
     #[inline]
     fn between(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
         if light_side.is_distant() {
@@ -66,8 +98,7 @@ impl Edge {
                 geometry: cos_eye,
                 to_eye_side: cos_eye,
                 to_light_side: if light_side.kind == Kind::Environment { 1.0 } else { 0.0 },
-                // It comes from outside all solids.
-                transmittance: Rgb::ONE,
+                transmittance: scene.transmittance_from_afar(eye_side, direction),
             };
         }
         if eye_side.kind == Kind::DistantCamera {
@@ -85,7 +116,7 @@ impl Edge {
             length,
             geometry: cos_light * cos_eye * inverse,
             to_eye_side: cos_eye * inverse,
-            to_light_side: if light_side.is_surface() { cos_light * inverse } else { 0.0 },
+            to_light_side: if light_side.scatters() { cos_light * inverse } else { 0.0 },
             transmittance: scene.transmittance(light_side, eye_side, direction, length),
         }
     }
@@ -107,7 +138,7 @@ impl Edge {
             length,
             geometry: cos_light,
             to_eye_side: 0.0,
-            to_light_side: if light_side.is_surface() { cos_light } else { 0.0 },
+            to_light_side: if light_side.scatters() { cos_light } else { 0.0 },
             transmittance: scene.transmittance(light_side, eye_side, direction, length),
         }
     }

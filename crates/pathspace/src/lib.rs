@@ -9,6 +9,7 @@ pub mod density;
 mod description;
 mod edge;
 mod error;
+pub mod flight;
 mod gap;
 mod lights;
 mod media;

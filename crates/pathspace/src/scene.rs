@@ -36,7 +36,7 @@ pub fn rays_traced() -> u64 {
 }
 
 #[inline]
-fn count_ray() {
+pub(crate) fn count_ray() {
     RAYS.set(RAYS.get() + 1);
 }
 
@@ -60,7 +60,7 @@ pub struct View {
 /// A scene ready for light transport.
 #[derive(Debug)]
 pub struct Scene {
-    world: World,
+    pub(crate) world: World,
     effects: Effects,
     materials: Vec<Material>,
     /// Of each material, its scattering if that is the same everywhere.
@@ -75,9 +75,11 @@ pub struct Scene {
     /// Boxed, so that scenes without one keep what they read close together.
     environment: Option<Box<Environment>>,
     camera: Camera,
-    radius: f64,
+    /// Radius of a ball about [`Self::centre`] that holds all surfaces, and all else where there is a medium outside solids, which
+    /// it bounds.
+    pub(crate) radius: f64,
     scale: f64,
-    media: Media,
+    pub(crate) media: Media,
     /// The camera as a vertex, with what it is in; of a lens its middle.
     eye: Vertex,
     /// What each punctual light is in.
@@ -105,7 +107,15 @@ impl Scene {
 
         let effects = Census::of(&description, Some(&view.camera)).effects().with(description.ready_for);
         let SceneDescription {
-            mut meshes, placements, mut materials, textures, lights, environment, ready_for, ..
+            mut meshes,
+            placements,
+            mut materials,
+            textures,
+            lights,
+            environment,
+            medium,
+            ready_for,
+            ..
         } = description;
         let instances = placements
             .iter()
@@ -117,9 +127,10 @@ impl Scene {
         let world = World::build(meshes, instances)?;
         for material in &mut materials {
             material.absorption /= scale;
+            material.scattering /= scale;
             material.general |= ready_for.has(Effect::Layers);
         }
-        let radius = {
+        let mut radius = {
             let (low, high) = world.bounds();
             (high - low).length() * 0.5
         };
@@ -154,7 +165,14 @@ impl Scene {
                 triangles.push((Emitter::Triangle { instance: instance as u32, triangle }, area, power));
             }
         }
-        let punctual = lights.iter().map(|light| scaled_light(light, &to_scene, scale)).collect();
+        let punctual: Vec<_> = lights.iter().map(|light| scaled_light(light, &to_scene, scale)).collect();
+        let camera = camera(view, &to_scene, scale);
+        let air = medium.scaled(scale);
+        if !air.is_vacuum() {
+            let (low, high) = world.bounds();
+            let points = punctual.iter().filter_map(position_of).chain(camera.reach());
+            radius = ball_around((low + high) * 0.5, radius, points);
+        }
         // A black one is none.
         let lit = environment.filter(|environment| environment.total_luminance() > 0.0);
         let environment =
@@ -166,25 +184,13 @@ impl Scene {
             return Err(SceneError::NoLight);
         }
 
-        let camera = camera(view, &to_scene, scale);
-        let absorbs = |material: u32| {
-            let material = &materials[material as usize];
-            material.is_solid() && material.absorption.max_element() > 0.0
-        };
-        let instances = (0u32..).zip(material_of_instance.iter().copied());
-        let solids = instances.filter(|(_, material)| absorbs(*material));
-        let media = Media::new(&world, solids, ready_for.has(Effect::Absorption));
+        let media = Media::new(&world, &materials, &material_of_instance, air, ready_for);
         let made_once = !(ready_for.has(Effect::Textures) || ready_for.has(Effect::VertexColors));
         let constant = materials.iter().map(|material| material.constant_bsdf().filter(|_| made_once)).collect();
         let free_space = Interaction::none();
         let eye = eye_vertex(&camera, free_space, media.around(&world, camera.position(), None));
-        let light_media = lights.punctual.iter().map(|light| match light {
-            PunctualLight::Directional { .. } => AIR,
-            PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => {
-                media.around(&world, *position, None)
-            }
-        });
-        let light_media = light_media.collect();
+        let medium_at = |light| position_of(light).map_or(AIR, |position| media.around(&world, position, None));
+        let light_media = lights.punctual.iter().map(medium_at).collect();
         Ok(Self {
             world,
             effects,
@@ -249,7 +255,7 @@ impl Scene {
 
     /// Makes `vertex` the point of the surface that was hit, as if met in air.
     #[inline]
-    fn place(&self, hit: &Hit, vertex: &mut Vertex) {
+    pub(crate) fn place(&self, hit: &Hit, vertex: &mut Vertex) {
         let _phase = phase::enter(Phase::Shading);
         let surface = self.world.surface(hit);
         let index = self.material_of_instance[hit.instance as usize];
@@ -300,7 +306,7 @@ impl Scene {
     /// What a ray meets first. It stops at a surface with the probability of its coverage; numbers are drawn for surfaces only that
     /// are there but not whole.
     #[inline]
-    fn meet(&self, ray: &Ray, rng: &mut impl RandomSource) -> Option<Hit> {
+    pub(crate) fn meet(&self, ray: &Ray, rng: &mut impl RandomSource) -> Option<Hit> {
         record::closest(ray);
         if !self.has_partial_coverage() {
             return self.world.intersect(ray);
@@ -311,14 +317,14 @@ impl Scene {
         })
     }
 
-    /// The first point seen from `from` in direction `w`.
+    /// The first point of a surface seen from `from` in direction `w`, or a point of a medium before it.
     #[inline]
     pub fn trace(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.trace_to(from, w, &mut vertex, rng).then_some(vertex)
+        self.fly_to(from, w, &mut vertex, rng).then_some(vertex)
     }
 
-    /// Makes `to` the first point seen from `from` in direction `w`; false if there is none.
+    /// Makes `to` the first point of a surface seen from `from` in direction `w`; false if there is none. Media do not scatter.
     #[inline]
     pub fn trace_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
         count_ray();
@@ -331,19 +337,23 @@ impl Scene {
         true
     }
 
-    /// What the eye sees from `from` in direction `w`: the first point, or the environment where there is none.
+    /// What the eye sees from `from` in direction `w`: what [`Self::trace`] finds, or the environment where that is nothing.
     #[inline]
     pub fn look(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.look_to(from, w, &mut vertex, rng).then_some(vertex)
+        self.fly_or_escape(from, w, &mut vertex, rng).then_some(vertex)
     }
 
-    /// Makes `to` what the eye sees from `from` in direction `w`; false if that is nothing.
+    /// Makes `to` the first point of a surface seen from `from` in direction `w`, or the environment where there is none; false if
+    /// that is nothing. Media do not scatter.
     #[inline]
     pub fn look_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
-        if self.trace_to(from, w, to, rng) {
-            return true;
-        }
+        self.trace_to(from, w, to, rng) || self.escape_to(w, to)
+    }
+
+    /// Makes `to` the environment in direction `w`; false if that is black.
+    #[inline]
+    pub(crate) fn escape_to(&self, w: DVec3, to: &mut Vertex) -> bool {
         let Some(environment) = &self.environment else { return false };
         let radiance = environment.radiance(w);
         *to = self.environment_vertex(-w, radiance);
@@ -366,7 +376,7 @@ impl Scene {
     }
 
     /// What lies at the outer side of `to`, which a ray from `from` in direction `w` met.
-    fn medium_met(&self, from: &Vertex, w: DVec3, to: &Vertex, instance: u32) -> u32 {
+    pub(crate) fn medium_met(&self, from: &Vertex, w: DVec3, to: &Vertex, instance: u32) -> u32 {
         if bounds_towards(to, -w) {
             // Met from within: what is around it has to be asked.
             self.media.around(&self.world, to.position, Some(instance))
@@ -428,19 +438,8 @@ impl Scene {
         if self.media.is_empty() {
             return Rgb::ONE;
         }
-        let material = if bounds_towards(light_side, direction) {
-            light_side.material
-        } else if bounds_towards(eye_side, -direction) {
-            eye_side.material
-        } else if light_side.medium != AIR {
-            light_side.medium
-        } else if eye_side.medium != AIR {
-            eye_side.medium
-        } else {
-            return Rgb::ONE;
-        };
-        let depth = self.materials[material as usize].absorption * length;
-        Rgb::new((-depth.x).exp(), (-depth.y).exp(), (-depth.z).exp())
+        let medium = self.medium_between(light_side, eye_side, direction);
+        if medium.is_vacuum() { Rgb::ONE } else { medium.transmittance(length) }
     }
 
     fn punctual_vertex(&self, index: u32) -> Vertex {
@@ -498,16 +497,22 @@ impl Scene {
         if vertex.is_eye() { self.camera.pdf_aperture() } else { 0.0 }
     }
 
-    /// Makes `to` the first point on a line of sight of the camera, whose vertex is `eye`; false if there is none.
+    /// The vertex from which a line of sight of the camera starts, whose own vertex is `eye`: on the film of an orthographic camera.
+    #[inline]
+    pub fn start_of_sight(&self, eye: &Vertex, sight: &Sight) -> Vertex {
+        if eye.kind == Kind::DistantCamera { self.on_film(sight.eye) } else { *eye }
+    }
+
+    /// Makes `to` what [`Self::fly_to`] finds on a line of sight of the camera, whose vertex is `eye`; false if there is nothing.
     #[inline]
     pub fn trace_sight(&self, eye: &Vertex, sight: &Sight, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
         if eye.kind == Kind::DistantCamera {
-            return self.trace_to(&self.on_film(sight.eye), sight.direction, to, rng);
+            return self.fly_to(&self.on_film(sight.eye), sight.direction, to, rng);
         }
-        self.trace_to(eye, sight.direction, to, rng)
+        self.fly_to(eye, sight.direction, to, rng)
     }
 
-    /// What [`Self::look_to`] makes of `to` on a line of sight of the camera, whose vertex is `eye`.
+    /// What [`Self::fly_or_escape`] makes of `to` on a line of sight of the camera, whose vertex is `eye`.
     ///
     /// An orthographic camera does not see the environment itself: the path would have no end with a position.
     #[inline]
@@ -515,7 +520,7 @@ impl Scene {
         if eye.kind == Kind::DistantCamera {
             return self.trace_sight(eye, sight, to, rng);
         }
-        self.look_to(eye, sight.direction, to, rng)
+        self.fly_or_escape(eye, sight.direction, to, rng)
     }
 
     /// A point of the orthographic film as a vertex to trace from.
@@ -563,7 +568,7 @@ impl Scene {
     pub fn emitter_pdf_area(&self, vertex: &Vertex) -> f64 {
         match vertex.kind {
             Kind::Surface if vertex.emits() => self.lights.triangle_pdf_area(vertex.emitter),
-            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
+            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual_probability(index),
             Kind::Environment => self.environment_pdf(vertex.emission),
         }
@@ -577,7 +582,7 @@ impl Scene {
                 let radiance = emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w);
                 radiance * vertex.interaction.emission_factor(w)
             }
-            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => Rgb::ZERO,
+            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => Rgb::ZERO,
             Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
             Kind::Environment => vertex.emission,
         }
@@ -601,7 +606,7 @@ impl Scene {
             Kind::Surface if vertex.emits() => {
                 emission::pdf_direction(self.double_sided(vertex), vertex.interaction.ng, w)
             }
-            Kind::Surface | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
+            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
             Kind::PointLight(index) => self.lights.punctual[index as usize].pdf_direction(w),
             Kind::DistantLight(_) | Kind::Environment => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
         }
@@ -618,24 +623,30 @@ impl Scene {
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                return self.trace_parallel(direction, frame.t * x + frame.b * y + self.centre(), rng);
+                return self.fly_parallel(direction, frame.t * x + frame.b * y + self.centre(), rng);
             }
-            Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
+            Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
         };
         self.trace(light, w, rng)
     }
 
-    /// The first point that light from infinitely far away meets on the line along `direction` through `point`.
+    /// The first point of a surface that light from infinitely far away meets on the line along `direction` through `point`.
     #[inline]
     pub fn trace_parallel(&self, direction: DVec3, point: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
         count_ray();
-        // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
-        let along = direction.dot(point - self.centre());
-        let ray = Ray { origin: point - direction * (along + 2.0 * self.radius), direction };
-        self.meet(&ray, rng).map(|hit| self.vertex(&hit))
+        self.meet(&self.ray_from_afar(direction, point), rng).map(|hit| self.vertex(&hit))
     }
 
-    fn centre(&self) -> DVec3 {
+    /// The ray of light from infinitely far away on the line along `direction` through `point`.
+    #[inline]
+    pub(crate) fn ray_from_afar(&self, direction: DVec3, point: DVec3) -> Ray {
+        // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
+        let along = direction.dot(point - self.centre());
+        Ray { origin: point - direction * (along + 2.0 * self.radius), direction }
+    }
+
+    /// The middle of the scene's bounding box.
+    pub(crate) fn centre(&self) -> DVec3 {
         let (low, high) = self.world.bounds();
         (low + high) * 0.5
     }
@@ -643,7 +654,7 @@ impl Scene {
 
 /// Whether a vertex bounds a solid and `w` points into it.
 #[inline]
-fn bounds_towards(vertex: &Vertex, w: DVec3) -> bool {
+pub(crate) fn bounds_towards(vertex: &Vertex, w: DVec3) -> bool {
     vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
 }
 
@@ -738,6 +749,19 @@ fn scaled_light(light: &PunctualLight, to_scene: &DAffine3, scale: f64) -> Punct
         PunctualLight::Directional { .. } => {}
     }
     light
+}
+
+/// Where a light is, unless it is infinitely far away.
+fn position_of(light: &PunctualLight) -> Option<DVec3> {
+    match light {
+        PunctualLight::Directional { .. } => None,
+        PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => Some(*position),
+    }
+}
+
+/// Radius of a ball that holds the one of `radius` and these points, clear of its surface.
+fn ball_around(centre: DVec3, radius: f64, points: impl Iterator<Item = DVec3>) -> f64 {
+    points.map(|point| point.distance(centre)).fold(radius, f64::max) * (1.0 + 1e-6)
 }
 
 /// Number of points at which a textured emitter's radiance is averaged to weigh its triangles.

@@ -177,7 +177,7 @@ impl Subpath {
         self.pdf_area.push(pdf_area);
         self.throughput.push(throughput);
         // From the environment nothing goes on.
-        next.is_surface().then_some(())
+        next.scatters().then_some(())
     }
 
     fn first_step(&self, scene: &Scene, rng: &mut impl RandomSource) -> Option<(Vertex, Edge, f64, Rgb)> {

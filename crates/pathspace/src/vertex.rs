@@ -12,6 +12,8 @@ use crate::Coverage;
 pub enum Kind {
     /// A point of a surface. At the light end of a path it is the point that emits.
     Surface,
+    /// A point of a medium. Its measure is volume.
+    Volume,
     /// The pinhole.
     Camera,
     /// A point of the camera's lens, whose normal `ng` is the camera's axis.
@@ -46,7 +48,7 @@ pub struct Vertex {
     pub(crate) emitter: u32,
     /// Index of the material.
     pub(crate) material: u32,
-    /// Index of the material of the absorbing solid that it is met in, outside its own if it bounds one; or
+    /// Index of the material of the filled solid that it is met in, outside its own if it bounds one; or
     /// [`crate::media::AIR`]. A property of the place: every way of finding it gives the same.
     pub(crate) medium: u32,
     /// Position in the scene's own (recentred, rescaled) space; zero for a distant light or camera and the environment.
@@ -74,6 +76,30 @@ impl Vertex {
     #[inline]
     pub fn is_eye(&self) -> bool {
         matches!(self.kind, Kind::Camera | Kind::Aperture | Kind::DistantCamera)
+    }
+
+    /// Whether this is an orthographic camera, or a point of its film.
+    #[inline]
+    pub fn is_on_film(&self) -> bool {
+        self.kind == Kind::DistantCamera
+    }
+
+    /// Whether this is a point of a medium.
+    #[inline]
+    pub fn is_in_medium(&self) -> bool {
+        self.kind == Kind::Volume
+    }
+
+    /// What names the medium that the vertex is met in.
+    #[inline]
+    pub fn medium(&self) -> u32 {
+        self.medium
+    }
+
+    /// Whether light is scattered here, so that walks go on.
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        matches!(self.kind, Kind::Surface | Kind::Volume)
     }
 
     /// Whether the vertex is infinitely far away: light travels along its `interaction.ng` and has no position.

@@ -40,8 +40,8 @@ pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::Seeds;
 pub use settings::{
-    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, Method, MltSettings,
-    PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
+    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, MediumSettings,
+    Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
 };
 pub use streams::{Purpose, stream};
 

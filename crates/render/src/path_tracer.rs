@@ -28,6 +28,15 @@ fn power_heuristic(this: f64, other: f64) -> f64 {
     1.0 / (1.0 + ratio * ratio)
 }
 
+/// The transmittance of an edge over the density of the walk's flight along it, to the light side.
+fn arriving(scene: &Scene, edge: &Edge, light_side: &Vertex, eye_side: &Vertex) -> Rgb {
+    if scene.scatters() {
+        edge.transmittance / edge.flight(scene, light_side, eye_side, light_side)
+    } else {
+        edge.transmittance
+    }
+}
+
 /// Light that reaches `vertex` straight from a sampled light, seen along `w_eye`; f over density, weighted.
 ///
 /// `continues` is the probability that the walk would have sampled the next vertex.
@@ -65,7 +74,7 @@ impl Estimator for PathTracer {
             return;
         }
         let mut edge = Edge::new(scene, &vertex, &before);
-        let mut throughput = edge.transmittance * camera.weight(&sight);
+        let mut throughput = arriving(scene, &edge, &vertex, &before) * camera.weight(&sight);
         // Area density with which the walk sampled the vertex it is at; `None` if no light sample could have.
         let mut pdf_walk: Option<f64> = None;
         for edges in 1..=self.lengths.max_edges {
@@ -74,7 +83,7 @@ impl Estimator for PathTracer {
                 let weight = pdf_walk.map_or(1.0, |pdf| power_heuristic(pdf, scene.emitter_pdf_area(&vertex)));
                 sum += throughput * scene.emitted(&vertex, w_eye) * weight;
             }
-            if edges == self.lengths.max_edges || !vertex.is_surface() {
+            if edges == self.lengths.max_edges || !vertex.scatters() {
                 break;
             }
             let survival = self.roulette.survival(edges + 1);
@@ -94,9 +103,9 @@ impl Estimator for PathTracer {
             edge = Edge::new(scene, &vertex, &before);
             let w_light = -edge.direction;
             let pdf = before.interaction.pdf(w_eye, w_light, component);
-            let cosine = before.interaction.ng.dot(w_light).abs();
+            let cosine = if before.is_in_medium() { 1.0 } else { before.interaction.ng.dot(w_light).abs() };
             let scattering = before.interaction.eval(w_light, w_eye, component);
-            throughput *= scattering * edge.transmittance * (cosine / (pdf * survival));
+            throughput *= scattering * arriving(scene, &edge, &vertex, &before) * (cosine / (pdf * survival));
             if !is_usable(Place::EyeWalk, throughput) || throughput.max_element() <= 0.0 {
                 break;
             }

@@ -2,7 +2,7 @@
 
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::{CameraDescription, Forced, Lengths, Projection, Roulette, View};
-use ergodic_scattering::Lens;
+use ergodic_scattering::{Lens, Medium, Rgb};
 use serde::{Deserialize, Serialize};
 
 use crate::primary::PrimaryMutation;
@@ -15,6 +15,8 @@ pub struct Settings {
     pub scene: String,
     /// Light from infinitely far away, beside the scene's own; `None` for none. Rendering itself does not read it.
     pub environment: Option<EnvironmentSettings>,
+    /// What fills the space outside all solids; `None` for nothing. Rendering itself does not read it.
+    pub medium: Option<MediumSettings>,
     /// Which estimator.
     pub method: Method,
     /// Which camera: a name or an index; empty for the scene's first.
@@ -96,6 +98,46 @@ impl EnvironmentSettings {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// A homogeneous medium. Coefficients are per unit of length of the file, which in glTF is the metre.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MediumSettings {
+    /// Scattering coefficient: red, green and blue.
+    pub scattering: (f64, f64, f64),
+    /// Absorption coefficient.
+    pub absorption: (f64, f64, f64),
+    /// Mean cosine of the turn of scattered light, in (-1, 1): 0 to all sides alike, near 1 forward.
+    pub anisotropy: f64,
+}
+
+impl Default for MediumSettings {
+    fn default() -> Self {
+        Self { scattering: (0.0, 0.0, 0.0), absorption: (0.0, 0.0, 0.0), anisotropy: 0.0 }
+    }
+}
+
+impl MediumSettings {
+    /// The medium itself.
+    pub fn medium(&self) -> Medium {
+        let rgb = |(r, g, b): (f64, f64, f64)| Rgb::new(r, g, b);
+        let (scattering, absorption) = (rgb(self.scattering), rgb(self.absorption));
+        Medium { scattering, absorption, anisotropy: self.anisotropy }
+    }
+
+    fn validate(&self) -> Result<(), String> {
+        for (name, (r, g, b)) in [("scattering", self.scattering), ("absorption", self.absorption)] {
+            if [r, g, b].iter().any(|c| !(0.0..f64::from(f32::MAX)).contains(c)) {
+                return Err(format!("medium.{name} is ({r}, {g}, {b}); coefficients are finite and not negative"));
+            }
+        }
+        // Nearer to 1 the phase function is a needle that no sampler of lights ever meets.
+        if !(-0.999..=0.999).contains(&self.anisotropy) {
+            return Err(format!("medium.anisotropy is {}; it must be from -0.999 to 0.999", self.anisotropy));
+        }
+        Ok(())
     }
 }
 
@@ -283,6 +325,7 @@ impl Default for Settings {
         Self {
             scene: String::new(),
             environment: None,
+            medium: None,
             method: Method::Mlt,
             camera: String::new(),
             light_units: LightUnits::Radiometric,
@@ -432,6 +475,7 @@ impl Settings {
             ));
         }
         self.environment.as_ref().map_or(Ok(()), EnvironmentSettings::validate)?;
+        self.medium.as_ref().map_or(Ok(()), MediumSettings::validate)?;
         match self.budget {
             Budget::SamplesPerPixel(samples) => positive("budget: SamplesPerPixel", samples)?,
             Budget::Seconds(seconds) => positive("budget: Seconds", seconds)?,

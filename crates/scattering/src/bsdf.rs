@@ -1,11 +1,11 @@
-//! The closed set of surfaces and the dispatch to them. A new surface is one file and one arm in each function here.
+//! The closed set of surfaces, and of media, and the dispatch to them. A new surface is one file and one arm in each function here.
 
 use ergodic_geometry::Frame;
 use glam::DVec3;
 
-use crate::{Component, Extended, Lambert, Layered, Rgb};
+use crate::{Component, Extended, HenyeyGreenstein, Lambert, Layered, Rgb};
 
-/// How a surface scatters at one point, in its shading frame.
+/// How a surface scatters at one point, in its shading frame; or a medium, which has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
     /// Lambertian and nothing else.
@@ -14,6 +14,8 @@ pub enum Bsdf {
     Layered(Layered),
     /// The same with a coat, a sheen and other effects.
     Extended(Extended),
+    /// A medium.
+    Phase(HenyeyGreenstein),
 }
 
 impl Bsdf {
@@ -27,6 +29,7 @@ impl Bsdf {
             Self::Lambert(lambert) => component == Component::Rough && lambert.albedo != Rgb::ZERO,
             Self::Layered(layered) => layered.has(component),
             Self::Extended(extended) => extended.has(component),
+            Self::Phase(_) => component == Component::Rough,
         }
     }
 
@@ -34,7 +37,7 @@ impl Bsdf {
     #[inline]
     pub(crate) fn index_below(&self) -> f64 {
         match self {
-            Self::Lambert(_) => 1.0,
+            Self::Lambert(_) | Self::Phase(_) => 1.0,
             Self::Layered(layered) => layered.index(DVec3::NEG_Z),
             Self::Extended(extended) => extended.index_below(),
         }
@@ -56,7 +59,7 @@ impl Bsdf {
     #[inline]
     pub(crate) fn is_solid(&self) -> bool {
         match self {
-            Self::Lambert(_) => false,
+            Self::Lambert(_) | Self::Phase(_) => false,
             Self::Layered(layered) => layered.is_solid(),
             Self::Extended(extended) => extended.is_solid(),
         }
@@ -67,7 +70,7 @@ impl Bsdf {
     pub(crate) fn emission_factor(&self, frame: &Frame, w: DVec3) -> f64 {
         match self {
             Self::Extended(extended) => extended.emission_factor(frame.to_local(w)),
-            Self::Lambert(_) | Self::Layered(_) => 1.0,
+            Self::Lambert(_) | Self::Layered(_) | Self::Phase(_) => 1.0,
         }
     }
 
@@ -81,6 +84,8 @@ impl Bsdf {
             Self::Lambert(_) => Rgb::ZERO,
             Self::Layered(layered) => layered.eval(frame.to_local(light), frame.to_local(eye), component),
             Self::Extended(extended) => extended.eval(frame.to_local(light), frame.to_local(eye), component),
+            Self::Phase(phase) if component == Component::Rough => phase.eval(light, eye),
+            Self::Phase(_) => Rgb::ZERO,
         }
     }
 
@@ -92,6 +97,8 @@ impl Bsdf {
             Self::Lambert(_) => 0.0,
             Self::Layered(layered) => layered.pdf(frame.to_local(from), frame.to_local(to), component),
             Self::Extended(extended) => extended.pdf(frame.to_local(from), frame.to_local(to), component),
+            Self::Phase(phase) if component == Component::Rough => phase.pdf(from, to),
+            Self::Phase(_) => 0.0,
         }
     }
 
@@ -108,6 +115,7 @@ impl Bsdf {
             Self::Extended(extended) => {
                 extended.sample(frame.to_local(from), u).map(|(to, component)| (frame.to_world(to), component))
             }
+            Self::Phase(phase) => Some((phase.sample(from, [u[1], u[2]]), Component::Rough)),
         }
     }
 
@@ -115,7 +123,7 @@ impl Bsdf {
     #[inline]
     pub(crate) fn dirac_direction(&self, frame: &Frame, from: DVec3, component: Component) -> Option<DVec3> {
         match self {
-            Self::Lambert(_) => None,
+            Self::Lambert(_) | Self::Phase(_) => None,
             Self::Layered(layered) => {
                 layered.dirac_direction(frame.to_local(from), component).map(|to| frame.to_world(to))
             }

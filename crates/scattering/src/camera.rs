@@ -108,6 +108,19 @@ impl Camera {
         self.position
     }
 
+    /// Four points whose hull holds all points that lines of sight start at: of the lens, or of the film with its margin.
+    pub fn reach(&self) -> [DVec3; 4] {
+        let (middle, half) = match &self.optics {
+            Optics::Pinhole => (DVec2::ZERO, DVec2::ZERO),
+            Optics::Lens { lens, .. } => (DVec2::ZERO, DVec2::splat(lens.radius)),
+            Optics::Orthographic => (self.middle, self.extent * (0.5 + self.margin / self.size)),
+        };
+        [DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0), DVec2::new(1.0, 1.0)].map(|corner| {
+            let p = middle + half * corner;
+            self.position + self.right * p.x - self.up * p.y
+        })
+    }
+
     /// The unit direction in which the camera looks.
     #[inline]
     pub fn forward(&self) -> DVec3 {

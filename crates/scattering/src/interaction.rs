@@ -4,7 +4,7 @@ use ergodic_geometry::Frame;
 use ergodic_geometry::phase::{self, Phase};
 use glam::DVec3;
 
-use crate::{Bsdf, Rgb};
+use crate::{Bsdf, HenyeyGreenstein, Rgb};
 
 /// Part of the scattering that a path goes through at a vertex.
 ///
@@ -31,7 +31,7 @@ pub enum Component {
 /// normals disagree about their side, which would let light leak.
 const LEAST_COSINE_PRODUCT: f64 = 1e-20;
 
-/// The scattering at a point of a surface.
+/// The scattering at a point of a surface, or of a medium, where neither frame nor normal means anything.
 ///
 /// Directions are unit vectors in world space, away from the surface. Opaque and thin-walled surfaces are the same on both
 /// sides; for a solid, the side of `ng` is the outside.
@@ -51,9 +51,19 @@ impl Interaction {
         Self { frame: Frame::from_normal(DVec3::Z), ng: DVec3::Z, bsdf: Bsdf::BLACK }
     }
 
-    /// Whether both normals see `w` on the same side, clear of the surface.
+    /// The scattering at a point of a medium.
+    #[inline]
+    #[must_use]
+    pub fn in_medium(phase: HenyeyGreenstein) -> Self {
+        Self { bsdf: Bsdf::Phase(phase), ..Self::none() }
+    }
+
+    /// Whether both normals see `w` on the same side, clear of the surface. A medium has no sides.
     #[inline]
     fn accepts(&self, w: DVec3) -> bool {
+        if matches!(self.bsdf, Bsdf::Phase(_)) {
+            return true;
+        }
         w.dot(self.frame.n) * w.dot(self.ng) > LEAST_COSINE_PRODUCT
     }
 
@@ -66,6 +76,9 @@ impl Interaction {
     pub fn eval(&self, w_light: DVec3, w_eye: DVec3, component: Component) -> Rgb {
         if !self.accepts(w_light) || !self.accepts(w_eye) {
             return Rgb::ZERO;
+        }
+        if let Bsdf::Phase(_) = self.bsdf {
+            return self.bsdf.eval(&self.frame, w_light, w_eye, component);
         }
         let shading = w_light.dot(self.frame.n) / w_light.dot(self.ng);
         self.bsdf.eval(&self.frame, w_light, w_eye, component) * shading

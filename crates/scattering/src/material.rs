@@ -5,7 +5,8 @@ use ergodic_geometry::{Frame, Surface};
 use glam::DVec4;
 
 use crate::{
-    Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Parameters, Rgb, Texture, TextureUse, normal_map,
+    Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Medium, Parameters, Rgb, Texture, TextureUse,
+    normal_map,
 };
 
 /// What alpha, the product of those of base colour factor, texture and mesh, means (glTF 2.0, section 3.9.4).
@@ -68,8 +69,12 @@ pub struct Material {
     /// KHR_materials_volume with thickness > 0: the surface bounds a solid that refracts; otherwise it is thin-walled.
     pub solid: bool,
     /// KHR_materials_volume: absorption coefficient per unit of world length, -ln(attenuationColor) /
-    /// attenuationDistance; zero for a clear solid. Only read when `solid`.
+    /// attenuationDistance, less what is scattered; zero for a clear solid. Only read when `solid`.
     pub absorption: Rgb,
+    /// KHR_materials_volume_scatter: scattering coefficient per unit of world length. Only read when `solid`.
+    pub scattering: Rgb,
+    /// KHR_materials_volume_scatter: scatterAnisotropy, the mean cosine of the turn, in (-1, 1).
+    pub anisotropy: f64,
     /// Whether emission leaves both faces.
     pub double_sided: bool,
     /// Coat, sheen and the like; `None` for the many materials that have nothing of it.
@@ -116,6 +121,8 @@ impl Default for Material {
             transmission_texture: None,
             solid: false,
             absorption: Rgb::ZERO,
+            scattering: Rgb::ZERO,
+            anisotropy: 0.0,
             double_sided: false,
             layers: None,
             specular_glossiness: None,
@@ -130,6 +137,15 @@ impl Material {
     #[inline]
     pub fn is_solid(&self) -> bool {
         self.solid && (self.is_transmissive() || self.is_translucent())
+    }
+
+    /// What fills the solid; nothing if the surface bounds none.
+    pub fn medium(&self) -> Medium {
+        if self.is_solid() {
+            Medium { scattering: self.scattering, absorption: self.absorption, anisotropy: self.anisotropy }
+        } else {
+            Medium::VACUUM
+        }
     }
 
     /// Whether light can pass diffusely anywhere on the surface.

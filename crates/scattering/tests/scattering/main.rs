@@ -8,5 +8,6 @@ mod environments;
 mod layers;
 mod lights;
 mod materials;
+mod media;
 mod numerics;
 mod support;

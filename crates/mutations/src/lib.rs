@@ -11,6 +11,7 @@ mod jump;
 mod lens;
 mod multi_chain;
 mod splice;
+mod wavelength;
 
 pub use bidirectional::Bidirectional;
 pub use caustic::Caustic;

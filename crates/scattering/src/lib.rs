@@ -33,6 +33,7 @@ mod texture;
 mod thin_film;
 mod thin_transmission;
 pub mod warp;
+mod wavelength;
 
 pub use alias::AliasTable;
 pub use bsdf::Bsdf;
@@ -52,3 +53,4 @@ pub use material::{AlphaMode, Material, SpecularGlossiness};
 pub use material_layers::MaterialLayers;
 pub use punctual::PunctualLight;
 pub use texture::{Interpolation, Texels, Texture, TextureUse, Wrap};
+pub use wavelength::Wavelength;

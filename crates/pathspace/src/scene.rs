@@ -377,13 +377,7 @@ impl Scene {
 
     /// What the eye sees from `from` in direction `w`: the first point, or the environment where there is none.
     #[inline]
-    pub fn look(
-        &self,
-        from: &Vertex,
-        w: DVec3,
-        wavelength: Wavelength,
-        rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    pub fn look(&self, from: &Vertex, w: DVec3, wavelength: Wavelength, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
         self.look_to(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }

@@ -1,0 +1,380 @@
+#!/usr/bin/env python3
+"""Renders a .glb file with Mitsuba 3 and compares the picture with ours.
+
+    pip install mitsuba numpy pillow
+    python tools/peers/mitsuba_files.py SCENE.glb --ours OURS.exr [--camera N] [--size WxH] [--spp N] [-o STEM]
+
+Needs LLVM as a shared library; see README.md here.
+"""
+
+import argparse
+import importlib.util
+import math
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+# The other script here has the name of the package that both import.
+named = importlib.util.spec_from_file_location("peer", HERE / "mitsuba.py")
+peer = importlib.util.module_from_spec(named)
+named.loader.exec_module(peer)
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+sys.path.append(str(HERE))
+from gltf import EFFECTS, Gltf, intensity_scale, spot_profile
+import pictures
+
+# Masks are made of texels this many times finer, because ours asks after interpolation which side of the cutoff alpha is on.
+MASK_DETAIL = 16
+SPOT_DETAIL = 2048
+# A microfacet distribution of Mitsuba's needs some width.
+LEAST_ALPHA = 1e-3
+
+
+class GltfSurface(mi.BSDF):
+    """glTF 2.0, appendix B, with textures and a normal map, the same on both sides.
+
+    The mix by `metallic` of a metal, F D V with Schlick's F from the base colour, and of a dielectric, F D V over
+    base (1 - F) / pi with Schlick's F at the half vector. It is dark where shading and geometric normal disagree about a side.
+    """
+
+    def __init__(self, props):
+        mi.BSDF.__init__(self, props)
+        self.base, self.rough, self.normals = (props[n] if n in props else None for n in ["base", "rough", "normals"])
+        self.factors = mi.ScalarColor3f(props["factors"])
+        self.metallic = props["metallic"]
+        self.roughness = props["roughness"]
+        self.specular = props["specular"]
+        self.f0 = min(((props["int_ior"] - 1) / (props["int_ior"] + 1)) ** 2, 1) * self.specular
+        glossy = self.metallic > 0 or self.specular > 0
+        both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
+        kind = mi.BSDFFlags.GlossyReflection if glossy else mi.BSDFFlags.DiffuseReflection
+        self.m_components = [kind | both]
+        self.m_flags = self.m_components[0]
+        self.glossy = glossy
+
+    def frame(self, si):
+        """The frame of the normal map in the local one of the interpolated normal."""
+        if self.normals is None:
+            return mi.Frame3f(mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0), mi.Vector3f(0, 0, 1))
+        u = si.to_local(si.dp_du)
+        tangent = dr.normalize(mi.Vector3f(u.x, u.y, 0))
+        up = mi.Vector3f(-tangent.y, tangent.x, 0)
+        n = 2 * self.normals.eval(si) - 1
+        n = dr.normalize(tangent * n.x + up * n.y + mi.Vector3f(0, 0, 1) * n.z)
+        # Normals are turned to the side that is seen.
+        return mi.Frame3f(n)
+
+    def surface(self, si):
+        base = mi.Color3f(self.factors) * (self.base.eval(si) if self.base else 1)
+        rough = self.rough.eval(si) if self.rough else mi.Color3f(1)
+        roughness, metallic = self.roughness * rough.y, self.metallic * rough.z
+        return base, metallic, dr.maximum(roughness * roughness, LEAST_ALPHA)
+
+    def directions(self, si, wo):
+        """Both directions in the normal map's frame, turned above it, and whether they are on one side of everything."""
+        frame = self.frame(si)
+        # Back faces see the mirrored geometry: turn before the map is applied.
+        turn = dr.mulsign(mi.Float(1), si.wi.z)
+        wi_shading, wo_shading = si.wi * turn, wo * turn
+        wi, wo_mapped = frame.to_local(wi_shading), frame.to_local(wo_shading)
+        geometric = si.to_local(si.n) * turn
+        good = (wi.z > 1e-6) & (wo_mapped.z > 1e-6)
+        good &= (dr.dot(geometric, wi_shading) > 0) & (dr.dot(geometric, wo_shading) > 0)
+        return frame, turn, wi, wo_mapped, good
+
+    def lobes(self, si, wi, wo):
+        base, metallic, alpha = self.surface(si)
+        sum = wi + wo
+        length = dr.maximum(dr.norm(sum), 1e-8)
+        h, cos = sum / length, 0.5 * length
+        schlick = dr.power(dr.clip(1 - cos, 0, 1), 5)
+        a2 = alpha * alpha
+        root = lambda w: dr.sqrt(a2 * (w.x * w.x + w.y * w.y) + w.z * w.z)
+        facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
+        lobe = facets.eval(h) * 0.5 / (wi.z * root(wo) + wo.z * root(wi))
+        fresnel = self.f0 + (self.specular - self.f0) * schlick
+        dielectric = base * ((1 - fresnel) * dr.inv_pi) + fresnel * lobe
+        metal = (base + (1 - base) * schlick) * lobe
+        value = (dielectric + (metal - dielectric) * metallic) * wo.z
+        share = 0.5 + 0.5 * metallic if self.glossy else mi.Float(0)
+        density = (1 - share) * wo.z * dr.inv_pi + share * facets.pdf(wi, h) / (4 * dr.maximum(dr.dot(wo, h), 1e-8))
+        return value, density, share, facets
+
+    def eval_pdf(self, ctx, si, wo, active=True):
+        _, _, wi, wo, good = self.directions(si, wo)
+        value, density, _, _ = self.lobes(si, wi, wo)
+        good &= active
+        return dr.select(good, value, 0), dr.select(good, density, 0)
+
+    def eval(self, ctx, si, wo, active=True):
+        return self.eval_pdf(ctx, si, wo, active)[0]
+
+    def pdf(self, ctx, si, wo, active=True):
+        return self.eval_pdf(ctx, si, wo, active)[1]
+
+    def sample(self, ctx, si, sample1, sample2, active=True):
+        frame, turn, wi, _, _ = self.directions(si, si.wi)
+        _, _, share, facets = self.lobes(si, wi, mi.Vector3f(0, 0, 1))
+        h, _ = facets.sample(mi.Vector3f(wi.x, wi.y, dr.maximum(wi.z, 1e-6)), sample2)
+        wo = dr.select(sample1 < share, mi.reflect(wi, h), mi.warp.square_to_cosine_hemisphere(sample2))
+        wo = frame.to_world(wo) * turn
+        value, density = self.eval_pdf(ctx, si, wo, active)
+        good = density > 0
+        sample = dr.zeros(mi.BSDFSample3f)
+        sample.wo = wo
+        sample.pdf = dr.select(good, density, 0)
+        sample.eta = 1.0
+        sample.sampled_type = mi.UInt32(+self.m_components[0])
+        sample.sampled_component = 0
+        return sample, dr.select(good, value / density, 0)
+
+
+mi.register_bsdf("gltf_surface", GltfSurface)
+
+
+def linear(rgb):
+    return np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+
+
+WRAPS = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+
+
+class Textures:
+    def __init__(self, gltf):
+        self.gltf = gltf
+
+    def sampler(self, info):
+        texture = self.gltf.json["textures"][info["index"]]
+        return self.gltf.json["samplers"][texture["sampler"]] if "sampler" in texture else {}
+
+    def bitmap(self, info, pixels, nearest=False):
+        wrap = WRAPS[self.sampler(info).get("wrapS", 10497)]
+        result = {
+            "type": "bitmap",
+            "bitmap": mi.Bitmap(np.ascontiguousarray(pixels, dtype=np.float32)),
+            "raw": True,
+            "filter_type": "nearest" if nearest else "bilinear",
+            "wrap_mode": wrap,
+        }
+        transform = info.get("extensions", {}).get("KHR_texture_transform")
+        if transform:
+            s, (x, y) = transform.get("scale", [1, 1]), transform.get("offset", [0, 0])
+            r = transform.get("rotation", 0)
+            matrix = np.array([
+                [math.cos(r) * s[0], math.sin(r) * s[1], x],
+                [-math.sin(r) * s[0], math.cos(r) * s[1], y],
+                [0, 0, 1],
+            ])
+            result["to_uv"] = mi.ScalarTransform3f(matrix)
+        return result
+
+    def mask(self, info, factor, cutoff):
+        """Whether alpha after bilinear interpolation reaches the cutoff, at MASK_DETAIL places a texel and direction."""
+        alpha = self.gltf.image(info["index"])[:, :, 3]
+        for axis in range(2):
+            n = alpha.shape[axis]
+            at = (np.arange(n * MASK_DETAIL) + 0.5) / MASK_DETAIL - 0.5
+            low = np.floor(at).astype(int)
+            share = (at - low).reshape([-1 if i == axis else 1 for i in range(2)])
+            index = (lambda i: i % n) if self.sampler(info).get("wrapS", 10497) == 10497 else (lambda i: np.clip(i, 0, n - 1))
+            alpha = np.take(alpha, index(low), axis) * (1 - share) + np.take(alpha, index(low + 1), axis) * share
+        return self.bitmap(info, (alpha * factor >= cutoff)[:, :, None].astype(np.float32), nearest=True)
+
+
+def uv_set(material):
+    """The set of coordinates of all its textures, which Mitsuba allows one of."""
+    pbr = material.get("pbrMetallicRoughness", {})
+    infos = [pbr.get("baseColorTexture"), pbr.get("metallicRoughnessTexture"), material.get("normalTexture")]
+    sets = {info.get("texCoord", 0) for info in infos if info}
+    if len(sets) > 1:
+        raise SystemExit(f"{material.get('name')}: more than one set of texture coordinates")
+    return sets.pop() if sets else 0
+
+
+KNOWN = {"emissive_strength", "ior", "specular", "transmission", "volume"}
+
+
+def surface(material, gltf):
+    """Mitsuba's BSDF, radiance, and absorption of a solid or None."""
+    name = material.get("name", "material")
+    extensions = {k.removeprefix("KHR_materials_"): v for k, v in material.get("extensions", {}).items()}
+    if extensions.keys() - KNOWN:
+        raise SystemExit(f"{name}: {', '.join(extensions.keys() - KNOWN)} is not known here")
+    if "emissiveTexture" in material:
+        raise SystemExit(f"{name}: textured emission is not known here")
+    pbr = material.get("pbrMetallicRoughness", {})
+    radiance = np.array(material.get("emissiveFactor", [0, 0, 0])) * extensions.get("emissive_strength", {}).get("emissiveStrength", 1)
+    ior = extensions.get("ior", {}).get("ior", 1.5)
+    specular = extensions.get("specular", {})
+    if specular.get("specularColorFactor", [1, 1, 1]) != [1, 1, 1] or "specularTexture" in specular:
+        raise SystemExit(f"{name}: coloured or textured specular is not known here")
+    factor = pbr.get("baseColorFactor", [1, 1, 1, 1])
+    textures = Textures(gltf)
+
+    if extensions.get("transmission", {}).get("transmissionFactor", 0) > 0:
+        volume = extensions.get("volume", {})
+        if extensions["transmission"]["transmissionFactor"] != 1 or not volume.get("thicknessFactor") or pbr.get("metallicFactor", 1) != 0:
+            raise SystemExit(f"{name}: of what transmits, only solids that do so wholly are known here")
+        if pbr.get("roughnessFactor", 1) > 0:
+            raise SystemExit(f"{name}: rough transmission is not known here")
+        absorption = np.zeros(3)
+        if "attenuationColor" in volume and "attenuationDistance" in volume:
+            absorption = -np.log(volume["attenuationColor"]) / volume["attenuationDistance"]
+        return {"type": "smooth_solid", "int_ior": ior}, radiance, absorption
+
+    result = {
+        "type": "gltf_surface",
+        "factors": mi.ScalarColor3f(*factor[:3]),
+        "metallic": float(pbr.get("metallicFactor", 1)),
+        "roughness": float(pbr.get("roughnessFactor", 1)),
+        "specular": float(specular.get("specularFactor", 1)),
+        "int_ior": float(ior),
+    }
+    if "baseColorTexture" in pbr:
+        info = pbr["baseColorTexture"]
+        result["base"] = textures.bitmap(info, linear(gltf.image(info["index"])[:, :, :3]))
+    if "metallicRoughnessTexture" in pbr:
+        info = pbr["metallicRoughnessTexture"]
+        result["rough"] = textures.bitmap(info, gltf.image(info["index"])[:, :, :3])
+    if "normalTexture" in material:
+        info = material["normalTexture"]
+        pixels = gltf.image(info["index"])[:, :, :3].copy()
+        pixels[:, :, :2] = (pixels[:, :, :2] - 0.5) * info.get("scale", 1) + 0.5
+        result["normals"] = textures.bitmap(info, pixels)
+    if material.get("alphaMode") == "BLEND":
+        raise SystemExit(f"{name}: alphaMode BLEND is not known here")
+    if material.get("alphaMode") == "MASK" and "baseColorTexture" in pbr:
+        opacity = textures.mask(pbr["baseColorTexture"], factor[3], material.get("alphaCutoff", 0.5))
+        result = {"type": "mask", "opacity": opacity, "bsdf": result}
+    return result, radiance, None
+
+
+def write_ply(path, positions, normals, uv, triangles):
+    uv = np.zeros((len(positions), 2)) if uv is None else uv
+    vertices = np.hstack([positions, normals, uv]).astype("<f4")
+    faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, triangles
+    properties = "".join(f"property float {name}\n" for name in ["x", "y", "z", "nx", "ny", "nz", "u", "v"])
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{properties}"
+        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
+
+
+def emitter(light, matrix, centre, units):
+    pointlike, parallel = intensity_scale(units)
+    colour = np.array(light.get("color", [1, 1, 1])) * light.get("intensity", 1)
+    position = (matrix[:3, 3] - centre) * peer.ENLARGED
+    axis = -matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
+    if light["type"] == "directional":
+        return {"type": "directional", "direction": axis.tolist(), "irradiance": peer.rgb(colour * parallel)}
+    # Irradiance goes with the square of the distance.
+    strength = peer.rgb(colour * pointlike * peer.ENLARGED**2)
+    if light["type"] == "point":
+        return {"type": "point", "position": position.tolist(), "intensity": strength}
+    outer = light.get("spot", {}).get("outerConeAngle", math.pi / 4)
+    # Mitsuba's profile is linear in the angle. A texture over the cone carries glTF's.
+    edge = outer * 1.001
+    at = ((np.arange(SPOT_DETAIL) + 0.5) / SPOT_DETAIL * 2 - 1) * math.tan(edge)
+    cos = 1 / np.sqrt(1 + at[:, None] ** 2 + at[None, :] ** 2)
+    profile = spot_profile(light, cos)[:, :, None].repeat(3, axis=2).astype(np.float32)
+    return {
+        "type": "spot",
+        "to_world": mi.ScalarTransform4f().look_at(origin=position, target=position + axis * peer.ENLARGED, up=matrix[:3, 1]),
+        "intensity": strength,
+        "cutoff_angle": math.degrees(edge),
+        "beam_width": math.degrees(edge) * 0.9999,
+        "texture": {"type": "bitmap", "bitmap": mi.Bitmap(profile), "raw": True, "wrap_mode": "clamp"},
+    }
+
+
+def load(gltf, camera, size, edges, units, folder):
+    matrix, fov = gltf.camera(camera)
+    primitives = list(gltf.primitives())
+    eye, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
+    away = peer.distance([(n, p, None, t, None) for n, p, _, _, t, _ in primitives], eye, forward)
+    centre = eye + forward * (away if math.isfinite(away) else 1)
+    origin = (eye - centre) * peer.ENLARGED
+    solid = any("KHR_materials_transmission" in p[-1].get("extensions", {}) for p in primitives)
+    scene = {
+        "type": "scene",
+        "integrator": {"type": "volpath" if solid else "path", "max_depth": edges, "rr_depth": 5},
+        "sensor": {
+            "type": "perspective",
+            "to_world": mi.ScalarTransform4f().look_at(origin=origin, target=origin + forward * peer.ENLARGED, up=up),
+            "fov": math.degrees(fov),
+            "fov_axis": "y",
+            "near_clip": 1e-3 * peer.ENLARGED,
+            "far_clip": 1e3 * peer.ENLARGED,
+            "film": {
+                "type": "hdrfilm",
+                "width": size[0],
+                "height": size[1],
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+            "sampler": {"type": "independent"},
+        },
+    }
+    for i, (_, positions, normals, uvs, triangles, material) in enumerate(primitives):
+        path = Path(folder) / f"{i}.ply"
+        write_ply(path, (positions - centre) * peer.ENLARGED, normals, uvs.get(uv_set(material)), triangles)
+        bsdf, radiance, absorption = surface(material, gltf)
+        shape = {"type": "ply", "filename": str(path), "bsdf": bsdf}
+        if radiance.any():
+            shape["emitter"] = {"type": "area", "radiance": peer.rgb(radiance)}
+        if absorption is not None:
+            shape["interior"] = {"type": "homogeneous", "albedo": 0.0, "sigma_t": peer.rgb(absorption / peer.ENLARGED)}
+        scene[f"shape{i}"] = shape
+    for i, (light, placed) in enumerate(gltf.lights()):
+        scene[f"light{i}"] = emitter(light, placed, centre, units)
+    return mi.load_dict(scene)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Compares a picture of ours with Mitsuba 3.")
+    parser.add_argument("scene", metavar="SCENE.glb")
+    parser.add_argument("--ours", required=True, metavar="OURS.exr")
+    parser.add_argument("--camera", type=int, default=0)
+    parser.add_argument("--size", default="256x192", metavar="WxH")
+    parser.add_argument("--spp", type=int, default=256)
+    parser.add_argument("--edges", type=int, default=16, help="our max_edges")
+    parser.add_argument("--units", default="radiometric", choices=["radiometric", "photometric", "watts"], help="our light_units")
+    parser.add_argument("--without", default="", help=", ".join(f"{k}: {v}" for k, v in EFFECTS.items()))
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--replicas", type=int, default=4)
+    parser.add_argument("-o", "--output", metavar="STEM")
+    options = parser.parse_args()
+    size = tuple(int(x) for x in options.size.split("x"))
+    gltf = Gltf(options.scene)
+    gltf.without(list(filter(None, options.without.split(","))))
+    dr.set_thread_count(options.threads)
+    with tempfile.TemporaryDirectory() as folder:
+        scene = load(gltf, options.camera, size, options.edges, options.units, folder)
+        each = max(options.spp // options.replicas, 1)
+        most = max(peer.MOST_SAMPLES // 4 // (size[0] * size[1]), 1)
+        calls = math.ceil(each / most)
+        seeds = iter(range(1 << 30))
+        replicas = [
+            np.mean([np.array(mi.render(scene, spp=math.ceil(each / calls), seed=next(seeds)), dtype=float) for _ in range(calls)], axis=0)
+            for _ in range(options.replicas)
+        ]
+    facts = {
+        "peer": f"Mitsuba {mi.__version__}",
+        "scene": options.scene,
+        "camera": options.camera,
+        "spp": each * options.replicas,
+        "without": options.without,
+    }
+    pictures.compare(options.ours, np.array(replicas), facts, options.output)
+
+
+if __name__ == "__main__":
+    main()

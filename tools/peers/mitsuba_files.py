@@ -335,7 +335,8 @@ def load(gltf, camera, size, edges, units, folder):
         scene[f"shape{i}"] = shape
     for i, (light, placed) in enumerate(gltf.lights()):
         scene[f"light{i}"] = emitter(light, placed, centre, units)
-    return mi.load_dict(scene)
+    # In parallel, plugins written in Python wait for each other forever at times.
+    return mi.load_dict(scene, parallel=False)
 
 
 def main():
@@ -348,14 +349,12 @@ def main():
     parser.add_argument("--edges", type=int, default=16, help="our max_edges")
     parser.add_argument("--units", default="radiometric", choices=["radiometric", "photometric", "watts"], help="our light_units")
     parser.add_argument("--without", default="", help=", ".join(f"{k}: {v}" for k, v in EFFECTS.items()))
-    parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--replicas", type=int, default=4)
     parser.add_argument("-o", "--output", metavar="STEM")
     options = parser.parse_args()
     size = tuple(int(x) for x in options.size.split("x"))
     gltf = Gltf(options.scene)
     gltf.without(list(filter(None, options.without.split(","))))
-    dr.set_thread_count(options.threads)
     with tempfile.TemporaryDirectory() as folder:
         scene = load(gltf, options.camera, size, options.edges, options.units, folder)
         each = max(options.spp // options.replicas, 1)

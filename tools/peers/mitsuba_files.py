@@ -31,8 +31,34 @@ import pictures
 # Masks are made of texels this many times finer, because ours asks after interpolation which side of the cutoff alpha is on.
 MASK_DETAIL = 16
 SPOT_DETAIL = 2048
+ALBEDO_DETAIL = 64
 # A microfacet distribution of Mitsuba's needs some width.
 LEAST_ALPHA = 1e-3
+
+
+def reflected(ior, alpha, samples=1 << 14):
+    """What F D V reflects of light from ALBEDO_DETAIL cosines from 0 to 1, by sampling visible normals (Heitz 2018)."""
+    random = np.random.default_rng(1)
+    u1, u2 = random.random((2, samples))
+    result = []
+    for z in np.linspace(1e-4, 1, ALBEDO_DETAIL):
+        x = math.sqrt(max(1 - z * z, 0))
+        # The view, stretched; t1 is y, t2 its normal in the plane of incidence.
+        vx, vz = np.array([alpha * x, z]) / math.hypot(alpha * x, z)
+        r, phi = np.sqrt(u1), 2 * math.pi * u2
+        p1, p2 = r * np.cos(phi), r * np.sin(phi)
+        p2 = (1 - 0.5 * (1 + vz)) * np.sqrt(np.maximum(1 - p1**2, 0)) + 0.5 * (1 + vz) * p2
+        p3 = np.sqrt(np.maximum(1 - p1**2 - p2**2, 0))
+        h = np.array([alpha * (-vz * p2 + vx * p3), alpha * p1, np.maximum(vx * p2 + vz * p3, 0)])
+        h /= np.linalg.norm(h, axis=0)
+        cos = h[0] * x + h[2] * z
+        wo_z = 2 * cos * h[2] - z
+        sine = (1 - cos**2) / ior**2
+        inner = np.sqrt(1 - sine)
+        fresnel = 0.5 * (((cos - ior * inner) / (cos + ior * inner)) ** 2 + ((inner - ior * cos) / (inner + ior * cos)) ** 2)
+        smith = lambda w: (np.sqrt(1 + alpha**2 * np.maximum(1 / np.maximum(w, 1e-6) ** 2 - 1, 0)) - 1) / 2
+        result.append(np.where(wo_z > 0, fresnel * (1 + smith(z)) / (1 + smith(z) + smith(wo_z)), 0).mean())
+    return result
 
 
 class GltfSurface(mi.BSDF):
@@ -40,6 +66,9 @@ class GltfSurface(mi.BSDF):
 
     The mix by `metallic` of a metal, F D V with Schlick's F from the base colour, and of a dielectric, F D V over
     base (1 - F) / pi with Schlick's F at the half vector. It is dark where shading and geometric normal disagree about a side.
+
+    With `principled`, a dielectric is as Blender's Principled BSDF has it: F D V with Fresnel's own F, over
+    base (1 - E) / pi, where E is the share of light from the viewer's direction that F D V reflects.
     """
 
     def __init__(self, props):
@@ -49,6 +78,10 @@ class GltfSurface(mi.BSDF):
         self.metallic = props["metallic"]
         self.roughness = props["roughness"]
         self.specular = props["specular"]
+        self.ior = props["int_ior"]
+        self.albedo = None
+        if props["principled"] and self.specular == 1:
+            self.albedo = mi.Float(reflected(self.ior, max(self.roughness**2, LEAST_ALPHA)))
         self.f0 = min(((props["int_ior"] - 1) / (props["int_ior"] + 1)) ** 2, 1) * self.specular
         glossy = self.metallic > 0 or self.specular > 0
         both = mi.BSDFFlags.FrontSide | mi.BSDFFlags.BackSide
@@ -98,7 +131,14 @@ class GltfSurface(mi.BSDF):
         facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
         lobe = facets.eval(h) * 0.5 / (wi.z * root(wo) + wo.z * root(wi))
         fresnel = self.f0 + (self.specular - self.f0) * schlick
-        dielectric = base * ((1 - fresnel) * dr.inv_pi) + fresnel * lobe
+        kept = 1 - fresnel
+        if self.albedo is not None:
+            fresnel = mi.fresnel(cos, self.ior)[0]
+            at = dr.clip(wi.z, 0, 1) * (ALBEDO_DETAIL - 1)
+            low = dr.minimum(mi.UInt32(at), ALBEDO_DETAIL - 2)
+            of = lambda i: dr.gather(mi.Float, self.albedo, i)
+            kept = 1 - dr.lerp(of(low), of(low + 1), at - mi.Float(low))
+        dielectric = base * (kept * dr.inv_pi) + fresnel * lobe
         metal = (base + (1 - base) * schlick) * lobe
         value = (dielectric + (metal - dielectric) * metallic) * wo.z
         share = 0.5 + 0.5 * metallic if self.glossy else mi.Float(0)
@@ -199,7 +239,7 @@ def uv_set(material):
 KNOWN = {"emissive_strength", "ior", "specular", "transmission", "volume"}
 
 
-def surface(material, gltf):
+def surface(material, gltf, principled):
     """Mitsuba's BSDF, radiance, and absorption of a solid or None."""
     name = material.get("name", "material")
     extensions = {k.removeprefix("KHR_materials_"): v for k, v in material.get("extensions", {}).items()}
@@ -234,6 +274,7 @@ def surface(material, gltf):
         "roughness": float(pbr.get("roughnessFactor", 1)),
         "specular": float(specular.get("specularFactor", 1)),
         "int_ior": float(ior),
+        "principled": principled,
     }
     if "baseColorTexture" in pbr:
         info = pbr["baseColorTexture"]
@@ -294,7 +335,7 @@ def emitter(light, matrix, centre, units):
     }
 
 
-def load(gltf, camera, size, edges, units, folder):
+def load(gltf, camera, size, edges, units, principled, folder):
     matrix, fov = gltf.camera(camera)
     primitives = list(gltf.primitives())
     eye, forward, up = matrix[:3, 3], -matrix[:3, 2], matrix[:3, 1]
@@ -326,7 +367,7 @@ def load(gltf, camera, size, edges, units, folder):
     for i, (_, positions, normals, uvs, triangles, material) in enumerate(primitives):
         path = Path(folder) / f"{i}.ply"
         write_ply(path, (positions - centre) * peer.ENLARGED, normals, uvs.get(uv_set(material)), triangles)
-        bsdf, radiance, absorption = surface(material, gltf)
+        bsdf, radiance, absorption = surface(material, gltf, principled)
         shape = {"type": "ply", "filename": str(path), "bsdf": bsdf}
         if radiance.any():
             shape["emitter"] = {"type": "area", "radiance": peer.rgb(radiance)}
@@ -349,6 +390,7 @@ def main():
     parser.add_argument("--edges", type=int, default=16, help="our max_edges")
     parser.add_argument("--units", default="radiometric", choices=["radiometric", "photometric", "watts"], help="our light_units")
     parser.add_argument("--without", default="", help=", ".join(f"{k}: {v}" for k, v in EFFECTS.items()))
+    parser.add_argument("--principled", action="store_true", help="layer dielectrics as Blender does, not as glTF does")
     parser.add_argument("--replicas", type=int, default=4)
     parser.add_argument("-o", "--output", metavar="STEM")
     options = parser.parse_args()
@@ -356,7 +398,7 @@ def main():
     gltf = Gltf(options.scene)
     gltf.without(list(filter(None, options.without.split(","))))
     with tempfile.TemporaryDirectory() as folder:
-        scene = load(gltf, options.camera, size, options.edges, options.units, folder)
+        scene = load(gltf, options.camera, size, options.edges, options.units, options.principled, folder)
         each = max(options.spp // options.replicas, 1)
         most = max(peer.MOST_SAMPLES // 4 // (size[0] * size[1]), 1)
         calls = math.ceil(each / most)
@@ -371,6 +413,7 @@ def main():
         "camera": options.camera,
         "spp": each * options.replicas,
         "without": options.without,
+        "principled": options.principled,
     }
     pictures.compare(options.ours, np.array(replicas), facts, options.output)
 

@@ -25,7 +25,7 @@ KEEPABLE = {
     "spots": "Blender's profile of spot lights in place of glTF's",
     "sun": "the sun's diameter of 0.526 degrees",
     "absorption": "absorption by (1 - colour) / distance in place of -ln(colour) / distance",
-    "multiscatter": "multiple scattering among microfacets",
+    "multiscatter": "multiple scattering among the microfacets of metals",
     "texels": "interpolation of texels before they are made linear",
     "bump": "softening of the edge of shadows that normal maps make",
 }
@@ -147,7 +147,10 @@ def set_materials(gltf, keep):
             node.inputs["Density"].default_value = density
             node.inputs["Color"].default_value = [*(1 - sigma / density), 1]
     for _, node in nodes_of("ShaderNodeBsdfPrincipled"):
-        node.distribution = "MULTI_GGX" if "multiscatter" in keep else "GGX"
+        # Without multiple scattering, dielectrics take from their base what a layer with it would reflect, and are too dark.
+        metal = node.inputs["Metallic"]
+        if (metal.is_linked or metal.default_value > 0) and "multiscatter" not in keep:
+            node.distribution = "GGX"
     linear = {}
     for _, node in nodes_of("ShaderNodeTexImage"):
         image = node.image

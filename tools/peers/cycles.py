@@ -91,50 +91,57 @@ def nodes_of(kind):
                     yield material, node
 
 
-def set_spot(lamp, light):
-    """glTF's angular attenuation by nodes on a point light, whose own is none."""
-    placed = [o for o in bpy.data.objects if o.type == "LIGHT" and o.data == lamp]
+def profile_by_nodes(lamp, light, axis):
+    """glTF's angular attenuation on a point light, whose own is none."""
     spot = light.get("spot", {})
     inner, outer = math.cos(spot.get("innerConeAngle", 0)), math.cos(spot.get("outerConeAngle", math.pi / 4))
-    energy, colour = lamp.energy, lamp.color[:]
-    for object in placed:
-        point = bpy.data.lights.new(lamp.name, "POINT")
-        point.energy, point.color, point.shadow_soft_size, point.use_nodes = energy, colour, 0, True
-        tree = point.node_tree
-        new, link = tree.nodes.new, tree.links.new
-        axis = (object.matrix_world.to_3x3() @ Matrix.Identity(3)).col[2].normalized()
-        geometry, dot = new("ShaderNodeNewGeometry"), new("ShaderNodeVectorMath")
-        dot.operation = "DOT_PRODUCT"
-        # Incoming is from the light to what it lights.
-        dot.inputs[1].default_value = [-x for x in axis]
-        link(geometry.outputs["Incoming"], dot.inputs[0])
-        ramp = new("ShaderNodeMapRange")
-        ramp.clamp = True
-        ramp.inputs["From Min"].default_value, ramp.inputs["From Max"].default_value = outer, max(inner, outer + 1e-6)
-        link(dot.outputs["Value"], ramp.inputs["Value"])
-        square = new("ShaderNodeMath")
-        square.operation = "POWER"
-        square.inputs[1].default_value = 2
-        link(ramp.outputs["Result"], square.inputs[0])
-        link(square.outputs["Value"], tree.nodes["Emission"].inputs["Strength"])
-        object.data = point
+    lamp.use_nodes = True
+    tree = lamp.node_tree
+    new, link = tree.nodes.new, tree.links.new
+    geometry, dot = new("ShaderNodeNewGeometry"), new("ShaderNodeVectorMath")
+    dot.operation = "DOT_PRODUCT"
+    # Incoming is from the light to what it lights.
+    dot.inputs[1].default_value = axis
+    link(geometry.outputs["Incoming"], dot.inputs[0])
+    ramp = new("ShaderNodeMapRange")
+    ramp.clamp = True
+    ramp.inputs["From Min"].default_value, ramp.inputs["From Max"].default_value = outer, max(inner, outer + 1e-6)
+    link(dot.outputs["Value"], ramp.inputs["Value"])
+    square = new("ShaderNodeMath")
+    square.operation = "POWER"
+    square.inputs[1].default_value = 2
+    link(ramp.outputs["Result"], square.inputs[0])
+    link(square.outputs["Value"], tree.nodes["Emission"].inputs["Strength"])
 
 
 def set_lights(gltf, units, keep):
-    """Numbers, colours and shapes from the file."""
+    """Made from the file, because the importer renames lights that share a name. A light's axis is -z in both."""
+    for object in [o for o in bpy.data.objects if o.type == "LIGHT"]:
+        bpy.data.objects.remove(object)
     pointlike, parallel = intensity_scale(units)
-    described = {light.get("name"): light for light, _ in gltf.lights()}
-    for lamp in list(bpy.data.lights):
-        light = described[lamp.name.rsplit(".", 1)[0] if lamp.name not in described else lamp.name]
+    for light, matrix in gltf.lights():
+        kind, own = light["type"], "spots" in keep
+        blenders = {"directional": "SUN", "point": "POINT", "spot": "SPOT" if own else "POINT"}[kind]
+        lamp = bpy.data.lights.new("peer", blenders)
+        lamp.color = light.get("color", [1, 1, 1])
         lamp.shadow_soft_size = 0
-        if lamp.type == "SUN":
-            lamp.energy = light.get("intensity", 1) * parallel
+        strength = light.get("intensity", 1)
+        matrix = UPRIGHT @ Matrix(matrix.tolist())
+        if kind == "directional":
+            lamp.energy = strength * parallel
             if "sun" not in keep:
                 lamp.angle = 0
         else:
-            lamp.energy = light.get("intensity", 1) * pointlike * 4 * math.pi
-        if lamp.type == "SPOT" and "spots" not in keep:
-            set_spot(lamp, light)
+            lamp.energy = strength * pointlike * 4 * math.pi
+        if kind == "spot" and own:
+            spot = light.get("spot", {})
+            outer = spot.get("outerConeAngle", math.pi / 4)
+            lamp.spot_size, lamp.spot_blend = 2 * outer, 1 - spot.get("innerConeAngle", 0) / outer
+        elif kind == "spot":
+            profile_by_nodes(lamp, light, -matrix.to_3x3().col[2].normalized())
+        object = bpy.data.objects.new("peer", lamp)
+        object.matrix_world = matrix
+        bpy.context.collection.objects.link(object)
 
 
 def set_materials(gltf, keep):

@@ -1,12 +1,14 @@
 //! What the cross-crate tests share: the scenes of the repository, scenes built in code, exact weighted samples of paths,
 //! means over replicas.
 
+mod dispersive;
 mod estimate;
 mod eye;
 mod layered;
 mod shapes;
 mod source;
 
+pub use dispersive::{DISPERSIVE_INDEX, dispersive_room};
 pub use estimate::{Estimate, estimate, image, nightly, settings};
 pub use eye::Eye;
 pub use layered::layered_room;

@@ -8,7 +8,7 @@ use ergodic_metropolis::RandomSource;
 use ergodic_mutations::Splice;
 use ergodic_pathspace::{Lengths, Path, PathSpace, Roulette, Scene, Vertex};
 use ergodic_render::{Direct, Method, Purpose, Settings, Unobserved, render, stream};
-use ergodic_scattering::{AlphaMode, Interpolation, Material, PunctualLight, Rgb, Texels, Texture, TextureUse, Wrap};
+use ergodic_scattering::{AlphaMode, Interpolation, Material, PunctualLight, Rgb, Texels, Texture, TextureUse, Wavelength, Wrap};
 use ergodic_tests::{
     Estimate, Eye, Thing, cuboid, description_of, diffuse, estimate, mirror, nightly, quad, scene_of, settings, view_of,
 };
@@ -237,7 +237,7 @@ fn visibility_is_the_same_from_both_ends_to_the_bit() {
     let mut from = scene.camera_vertex();
     for _ in 0..20_000 {
         let w = ergodic_scattering::warp::uniform_sphere([rng.uniform(), rng.uniform()]);
-        let Some(to) = scene.trace(&from, w, &mut rng) else { continue };
+        let Some(to) = scene.trace(&from, w, Wavelength::NONE, &mut rng) else { continue };
         let eye = scene.camera_vertex();
         for (a, b) in [(&from, &to), (&eye, &to)] {
             let there = scene.visibility(a, b);
@@ -281,7 +281,7 @@ fn what_a_ray_comes_through_is_visible() {
     let (mut from, mut blocked, mut found) = (scene.camera_vertex(), 0, 0);
     for _ in 0..100_000 {
         let w = ergodic_scattering::warp::uniform_sphere([rng.uniform(), rng.uniform()]);
-        let Some(to) = scene.trace(&from, w, &mut rng) else { continue };
+        let Some(to) = scene.trace(&from, w, Wavelength::NONE, &mut rng) else { continue };
         found += 1;
         blocked += u32::from(scene.visibility(&from, &to) == 0.0);
         from = to;

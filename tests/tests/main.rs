@@ -3,6 +3,7 @@
 mod cameras;
 mod closed_forms;
 mod coverage;
+mod dispersion;
 mod effects;
 mod environment;
 mod exact_rank;

@@ -59,7 +59,7 @@ fn members<E>() -> [PrimaryMutation<E>; 2] {
     [PrimaryMutation::Large, PrimaryMutation::small(1.0 / 1024.0, 1.0 / 64.0)]
 }
 
-fn check<E: Estimator>(name: &str, space: &PathSpace, estimator: &E, n: u64) {
+pub(crate) fn check<E: Estimator>(name: &str, space: &PathSpace, estimator: &E, n: u64) {
     let space = PrimarySpace { scene: Arc::clone(&space.scene) };
     let mut rng = stream(3, Purpose::Chain, 1);
     let mut source = |rng: &mut Pcg64Dxsm| loop {

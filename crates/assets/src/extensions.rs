@@ -4,7 +4,7 @@ use gltf::json::{Root, buffer};
 
 use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
-use crate::{material_layers, variants, volume_scatter};
+use crate::{material, material_layers, variants, volume_scatter};
 
 /// Extensions whose meaning reaches the picture.
 const UNDERSTOOD: [&str; 25] = [
@@ -15,6 +15,7 @@ const UNDERSTOOD: [&str; 25] = [
     material_layers::ANISOTROPY,
     material_layers::CLEARCOAT,
     material_layers::DIFFUSE_TRANSMISSION,
+    material::DISPERSION,
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     material_layers::IRIDESCENCE,

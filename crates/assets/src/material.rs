@@ -202,10 +202,31 @@ fn read_extensions(
         read_specular_glossiness(&old, material, reader)?;
     }
     material.layers = material_layers::read(&extensions.others, reader)?;
+    if let Some(dispersion) = extension::<Dispersion>(&extensions.others, DISPERSION, &reader.place)? {
+        let name = format!("extensions.{DISPERSION}.dispersion");
+        material.dispersion = reader.amount(dispersion.dispersion, &name)?;
+    }
+    let disperses = material.dispersion > 0.0;
     if extensions.unlit.is_some() {
         make_unlit(material);
     }
+    if disperses && !material.disperses() {
+        reader.warnings.note(
+            DISPERSION,
+            &reader.place,
+            "has no effect on a material that does not refract: it needs KHR_materials_transmission, KHR_materials_volume with a \
+             thicknessFactor, and an index of refraction above 1",
+        );
+    }
     Ok(())
+}
+
+pub(crate) const DISPERSION: &str = "KHR_materials_dispersion";
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct Dispersion {
+    dispersion: f32,
 }
 
 const OLD_WORKFLOW: &str = "KHR_materials_pbrSpecularGlossiness";

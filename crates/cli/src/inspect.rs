@@ -213,6 +213,9 @@ fn material(material: &Material) -> Vec<String> {
     if material.is_solid() || (material.ior - 1.5).abs() > 1e-6 && material.specular_glossiness.is_none() {
         more.push(format!("index {:.3}", material.ior));
     }
+    if material.disperses() {
+        more.push(format!("disperses light, Abbe number {:.1}", 20.0 / material.dispersion));
+    }
     if material.is_solid() && material.absorption.max_element() > 0.0 {
         more.push(format!("absorbs {:.3}", material.absorption));
     }

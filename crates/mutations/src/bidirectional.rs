@@ -11,7 +11,7 @@ use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, trace, trace_sight};
-use crate::{PathMutation, Rejection, Splice};
+use crate::{PathMutation, Rejection, Splice, wavelength};
 
 /// Bidirectional mutation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -181,11 +181,12 @@ impl Bidirectional {
         let scene = &*space.scene;
         for i in first..first + count {
             if i == 0 {
-                y.vertices[0] = scene.sample_emitter(rng);
+                y.vertices[0] = scene.sample_emitter(y.wavelength, rng);
                 continue;
             }
             if i == 1 {
-                y.vertices[1] = scene.sample_emission(&y.vertices[0], rng).ok_or(Rejection::Escaped)?;
+                let met = scene.sample_emission(&y.vertices[0], y.wavelength, rng);
+                y.vertices[1] = met.ok_or(Rejection::Escaped)?;
                 y.derive_edges(scene, 0, 1);
             } else {
                 let before = &mut y.vertices[i - 1];
@@ -280,6 +281,7 @@ impl Mutation for Bidirectional {
         y.begin(x, prefix, inserted - 1, suffix);
         // A walk says by which component it leaves the last vertex that is kept.
         y.release_ends();
+        y.wavelength = wavelength::draw(scene, x, Splice { prefix, suffix }, rng);
 
         Self::walk_from_light(space, y, prefix, s, rng)?;
         if t > 0 {
@@ -319,7 +321,8 @@ impl Mutation for Bidirectional {
         let choices = Choices::new(space, from);
         let discrete = choices.deletion_probability(prefix, deleted)
             * choices.insertion_probability(space, prefix, deleted, inserted)
-            / Choices::splits(suffix, inserted) as f64;
+            / Choices::splits(suffix, inserted) as f64
+            * wavelength::pdf_of_draw(scene, from, to, plan);
         if discrete <= 0.0 {
             return Density::ZERO;
         }

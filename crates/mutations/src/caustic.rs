@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
 use crate::retrace::{conversion, length, perturb_length, retrace};
-use crate::{PathMutation, Rejection, Splice, validate_image_jump};
+use crate::{PathMutation, Rejection, Splice, validate_image_jump, wavelength};
 
 /// Caustic perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -99,14 +99,16 @@ impl Mutation for Caustic {
         let k = x.length();
         let range = self.range(space, x, start);
         let direction = x.edges[start].direction;
+        let plan = Splice { prefix: start + 1, suffix: 1 };
         y.begin(x, start + 1, k - 1 - start, 1);
+        y.wavelength = wavelength::perturb(scene, x, plan, rng);
         let in_range = if x.vertices[start].is_distant() {
             let (frame, shift) = (Frame::from_normal(direction), range.displace(rng));
             let through = x.vertices[1].position + frame.t * shift.x + frame.b * shift.y;
             let found = if x.vertices[1].is_in_medium() {
                 scene.place_from_afar(direction, through, perturb_length(length(scene, x, 0), rng), rng)
             } else {
-                scene.trace_parallel(direction, through, rng)
+                scene.trace_parallel(direction, through, y.wavelength, rng)
             };
             y.vertices[1] = found.ok_or(Rejection::Escaped)?;
             y.derive_edges(scene, 0, 1);
@@ -129,7 +131,7 @@ impl Mutation for Caustic {
         if start + 2 <= k {
             y.derive_scattering(scene, start, k - 2);
         }
-        Ok(Splice { prefix: start + 1, suffix: 1 })
+        Ok(plan)
     }
 
     fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
@@ -147,6 +149,7 @@ impl Mutation for Caustic {
         let mut density = Density::ONE;
         let range = self.range(space, from, start);
         density.multiply(Self::pdf_of_move(&range, from, to, start));
+        density.multiply(wavelength::pdf_of_perturbation(&space.scene, from, to, plan));
         for i in start + 1..k {
             density.multiply(conversion(&space.scene, from, to, i - 1, End::Light));
             if i + 1 < k {

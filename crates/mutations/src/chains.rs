@@ -31,7 +31,12 @@ pub(crate) fn trace(
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
     let is_light_end = to == 0;
     let (from, to) = if from < to { (low, high) } else { (high, low) };
-    let found = if is_light_end { scene.fly_or_escape(from, w, to, rng) } else { scene.fly_to(from, w, to, rng) };
+    let wavelength = y.wavelength;
+    let found = if is_light_end {
+        scene.fly_or_escape(from, w, wavelength, to, rng)
+    } else {
+        scene.fly_to(from, w, wavelength, to, rng)
+    };
     if !found {
         return Err(Rejection::Escaped);
     }
@@ -49,7 +54,12 @@ pub(crate) fn trace_sight(
 ) -> Result<(), Rejection> {
     let k = y.length();
     let [seen, eye] = &mut y.vertices[k - 1..] else { return Err(Rejection::Escaped) };
-    let found = if k == 1 { scene.look_along(eye, sight, seen, rng) } else { scene.trace_sight(eye, sight, seen, rng) };
+    let wavelength = y.wavelength;
+    let found = if k == 1 {
+        scene.look_along(eye, sight, wavelength, seen, rng)
+    } else {
+        scene.trace_sight(eye, sight, wavelength, seen, rng)
+    };
     if !found {
         return Err(Rejection::Escaped);
     }

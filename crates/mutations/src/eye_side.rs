@@ -8,7 +8,7 @@ use ergodic_scattering::Component;
 use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
 use crate::retrace::{conversion, retrace};
-use crate::{Rejection, Splice};
+use crate::{Rejection, Splice, wavelength};
 
 /// How far things move.
 pub(crate) struct EyeSide {
@@ -38,7 +38,9 @@ impl EyeSide {
             return Err(Rejection::OffFilm);
         }
         let mut w = sight.direction;
+        let plan = Splice { prefix: start, suffix: 1 };
         y.begin(x, start, k - start, 1);
+        y.wavelength = wavelength::perturb(scene, x, plan, rng);
         for i in (start..k).rev() {
             let sight_start = (i + 1 == k).then(|| scene.start_of_sight(&x.vertices[k], &sight));
             retrace(scene, x, y, (i + 1, i), sight_start, w, rng)?;
@@ -75,7 +77,7 @@ impl EyeSide {
             connect(scene, y, start - 1)?;
             y.derive_scattering(scene, start + 1, k);
         }
-        Ok(Splice { prefix: start, suffix: 1 })
+        Ok(plan)
     }
 
     /// T: the density of the image point per image area, of each turned direction per solid angle, all carried to the
@@ -97,6 +99,8 @@ impl EyeSide {
         if let Some(factor) = camera.aperture_factor(-to.edges[k - 1].direction) {
             density.multiply(factor);
         }
+        let plan = Splice { prefix: start, suffix: 1 };
+        density.multiply(wavelength::pdf_of_perturbation(&space.scene, from, to, plan));
         for i in (start..k).rev() {
             density.multiply(conversion(&space.scene, from, to, i, End::Eye));
             if i > start {

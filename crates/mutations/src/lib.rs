@@ -13,6 +13,7 @@ mod multi_chain;
 mod retrace;
 mod splice;
 mod volume;
+mod wavelength;
 
 pub use bidirectional::Bidirectional;
 pub use caustic::Caustic;

@@ -63,7 +63,12 @@ pub(crate) fn retrace(
     } else {
         // An orthographic camera does not see the environment itself.
         let may_escape = to == 0 && !start.is_on_film();
-        let found = if may_escape { scene.look_to(start, w, end, rng) } else { scene.trace_to(start, w, end, rng) };
+        let wavelength = y.wavelength;
+        let found = if may_escape {
+            scene.look_to(start, w, wavelength, end, rng)
+        } else {
+            scene.trace_to(start, w, wavelength, end, rng)
+        };
         if !found {
             return Err(Rejection::Escaped);
         }

@@ -69,8 +69,15 @@ impl BidirectionalSampler {
         Self { light: Subpath::new(End::Light, most), eye: Subpath::new(End::Eye, most), lengths, roulette }
     }
 
+    /// Draws the wavelength that both walks of a sample are for.
+    pub fn draw_wavelength(&mut self, scene: &Scene, rng: &mut impl RandomSource) {
+        let wavelength = scene.sample_wavelength(rng);
+        (self.light.wavelength, self.eye.wavelength) = (wavelength, wavelength);
+    }
+
     /// Walks from both ends, then calls `sink` for every connection that carries light.
     pub fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut sink: impl FnMut(&Self, Connection)) {
+        self.draw_wavelength(scene, rng);
         self.eye.walk(scene, self.lengths.max_edges + 1, &self.roulette, rng);
         self.light.walk(scene, self.lengths.max_edges, &self.roulette, rng);
         for t in 1..=self.eye.len() {
@@ -88,7 +95,7 @@ impl BidirectionalSampler {
 
     /// Connects the first `s` vertices of the light walk with the first `t` of the eye walk.
     pub fn connect(&self, scene: &Scene, s: usize, t: usize) -> Option<Connection> {
-        let (estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };
+        let (mut estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };
         let eye = &self.eye.vertices[0];
         let seen = if t == 1 {
             let last = &self.light.vertices[s - 1];
@@ -101,7 +108,18 @@ impl BidirectionalSampler {
         if !is_usable_number(Place::Weight, weight) {
             return None;
         }
+        if !self.eye.wavelength.is_none() && self.is_dispersive(s, t) {
+            estimate *= self.eye.wavelength.response();
+        }
         Some(Connection { s, t, estimate, weight, raster })
+    }
+
+    /// Whether the path of a connection meets a dispersive interface between its ends.
+    fn is_dispersive(&self, s: usize, t: usize) -> bool {
+        let of_light = self.light.vertices[..s].iter().skip(1);
+        // Without a vertex from the light, the last from the eye is the light's end of the path.
+        let of_eye = self.eye.vertices[..if s == 0 { t - 1 } else { t }].iter().skip(1);
+        of_light.chain(of_eye).any(|vertex| vertex.interaction.is_dispersive())
     }
 
     /// s = 0: the eye walk's last vertex lies on a light.
@@ -176,6 +194,7 @@ impl BidirectionalSampler {
     /// The complete path of a connection, as points.
     pub fn assemble(&self, scene: &Scene, s: usize, t: usize, path: &mut Path) {
         path.clear();
+        path.wavelength = self.eye.wavelength;
         path.vertices.extend_from_slice(&self.light.vertices[..s]);
         path.vertices.extend(self.eye.vertices[..t].iter().rev());
         let k = s + t - 1;

@@ -63,6 +63,8 @@ effects! {
     DiffuseTransmission: "diffuse transmission", "a diffuse lobe on the other side", "no diffuse lobe on the other side";
     /// Coats, sheen, anisotropy, iridescence.
     Layers: "layers", "the layered surface with all its effects is evaluated", "surfaces are Lambertian or core glTF's";
+    /// Solids that refract different wavelengths differently.
+    Dispersion: "dispersion", "paths have a wavelength, and these materials are made for it", "light is RGB and has no wavelength";
     /// Media that absorb.
     Absorption: "absorption", "edges carry Beer's transmittance, vertices know what they are in", "edges carry no transmittance";
     /// Media that scatter.
@@ -213,6 +215,7 @@ fn of_material(material: &Material) -> Effects {
         (Effect::NormalMaps, material.normal_texture.is_some()),
         (Effect::Layers, layers.is_some()),
         (Effect::DiffuseTransmission, layers.is_some_and(|layers| layers.diffuse_transmission > 0.0)),
+        (Effect::Dispersion, material.disperses()),
         (Effect::Absorption, material.is_solid() && material.absorption.max_element() > 0.0),
         (Effect::Scattering, material.medium().scatters()),
         (Effect::Masks, matches!(material.alpha_mode, AlphaMode::Mask { .. })),
@@ -371,6 +374,7 @@ impl SceneDescription {
                 }
                 Effect::RoughTransmission => material.transmission = 0.0,
                 Effect::GlossyReflection => (material.specular, material.metallic) = (0.0, 0.0),
+                Effect::Dispersion => material.dispersion = 0.0,
                 Effect::Absorption => material.absorption = ergodic_scattering::Rgb::ZERO,
                 Effect::Scattering => material.scattering = ergodic_scattering::Rgb::ZERO,
                 Effect::Masks | Effect::Blending => {

@@ -37,13 +37,16 @@ impl Contribution {
 /// Running products are renormalised when they leave this range, far inside that of f64.
 const RENORMALISE: f64 = 1e100;
 
-/// f(x) = Le(x₀→x₁) G(x₀,x₁) Π fs(x_{i-1}→x_i→x_{i+1}) G(x_i,x_{i+1}) · We(x_{k-1}→x_k), visibility taken as given: the product of
-/// what the path has in [`Path::scattering`] and [`Path::edges`].
+/// f(x) = R(λ) Le(x₀→x₁) G(x₀,x₁) Π fs(x_{i-1}→x_i→x_{i+1}) G(x_i,x_{i+1}) · We(x_{k-1}→x_k), visibility taken as given: the product of
+/// what the path has in [`Path::scattering`] and [`Path::edges`]. R is [`Path::response`], 1 for paths without dispersive interfaces.
 #[inline]
 pub fn contribution(path: &Path) -> Contribution {
     let _phase = phase::enter(Phase::Shading);
     let k = path.length();
     let mut rgb = path.scattering[k];
+    if let Some(response) = path.response() {
+        rgb *= response;
+    }
     let mut exponent = 0;
     for (scattering, edge) in path.scattering[..k].iter().zip(&path.edges) {
         rgb *= *scattering * edge.transmittance * edge.geometry;

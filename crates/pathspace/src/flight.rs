@@ -11,7 +11,7 @@
 
 use ergodic_geometry::{Hit, Ray};
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Interaction, Medium, Rgb};
+use ergodic_scattering::{Component, Interaction, Medium, Rgb, Wavelength};
 use glam::DVec3;
 
 use crate::media::AIR;
@@ -157,17 +157,42 @@ impl Scene {
     /// Makes `to` what a particle meets that flies from `from` in direction `w`: a point of a medium or of a surface; false if that is
     /// nothing.
     #[inline]
-    pub fn fly_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
-        if self.scatters() { self.fly_in_media(from, w, to, rng) } else { self.trace_to(from, w, to, rng) }
+    pub fn fly_to(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
+        if self.scatters() {
+            self.fly_in_media(from, w, wavelength, to, rng)
+        } else {
+            self.trace_to(from, w, wavelength, to, rng)
+        }
     }
 
     /// Makes `to` what [`Self::fly_to`] does, or the environment where that is nothing; false if that is black.
     #[inline]
-    pub fn fly_or_escape(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
-        self.fly_to(from, w, to, rng) || self.escape_to(w, to)
+    pub fn fly_or_escape(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
+        self.fly_to(from, w, wavelength, to, rng) || self.escape_to(w, to)
     }
 
-    fn fly_in_media(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+    fn fly_in_media(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
         let index = self.medium_towards(from, w);
         let length = self.flight(index, rng);
         let way = self.way(from, w, rng);
@@ -176,20 +201,26 @@ impl Scene {
             return true;
         }
         let Some(hit) = way.hit else { return false };
-        self.place(&hit, to);
+        self.place(&hit, wavelength, to);
         to.medium = self.medium_met(from, w, to, hit.instance);
         true
     }
 
     /// What light from infinitely far away meets on the line along `direction` through `point`: a point of the medium outside all
     /// solids, or of a surface.
-    pub(crate) fn fly_parallel(&self, direction: DVec3, point: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub(crate) fn fly_parallel(
+        &self,
+        direction: DVec3,
+        point: DVec3,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex> {
         if !self.scatters() {
-            return self.trace_parallel(direction, point, rng);
+            return self.trace_parallel(direction, point, wavelength, rng);
         }
         let length = self.flight(AIR, rng);
         let way = self.way_from_afar(direction, point, rng);
-        self.point_on_way(&way, length, AIR).or_else(|| way.hit.map(|hit| self.vertex(&hit)))
+        self.point_on_way(&way, length, AIR).or_else(|| way.hit.map(|hit| self.vertex_at(&hit, wavelength)))
     }
 
     /// Makes `to` the point of a medium that a flight of `length` from `from` in direction `w` ends in; false if no medium that

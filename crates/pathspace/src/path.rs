@@ -4,12 +4,15 @@ use std::cell::Cell;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use ergodic_scattering::{Component, Rgb};
+use ergodic_scattering::{Component, Rgb, Wavelength};
 use glam::DVec2;
 
 use crate::{Edge, Scene, Vertex};
 
 /// A path x₀ x₁ … x_k: x₀ lies on a light, x_k on the camera's aperture, and neighbours see each other.
+///
+/// Where the scene disperses light, it has a wavelength too, whose measure is the share of [`Wavelength`]'s range. A path that meets no
+/// dispersive interface is the same at all of them.
 ///
 /// `edges[i]` lies between vertices i and i + 1. Edges, scattering and raster are derived from the vertices and cached;
 /// [`Path::derive`] gives the same bits, as do [`Path::derive_edges`] and [`Path::derive_scattering`] for parts.
@@ -26,6 +29,9 @@ pub struct Path {
     /// What each vertex turns the light from its light side into towards its eye side, the factors of f beside those of the edges: L_e
     /// at vertex 0, f_s at inner ones, the responsivity W_e at the camera.
     pub scattering: Vec<Rgb>,
+    /// The wavelength that the dispersive interfaces among the vertices are those of; none in scenes without such interfaces. Whoever
+    /// changes it places those vertices anew.
+    pub wavelength: Wavelength,
     /// Where the last edge meets the image, if that lies in the camera's domain.
     pub raster: Option<DVec2>,
     /// Stands for the path as it is now; no two paths that differ have the same. 0 for none.
@@ -81,7 +87,7 @@ impl Path {
         self.vertices.len() - 1
     }
 
-    /// The path of these vertices, from the light to the eye.
+    /// The path of these vertices, from the light to the eye, without a wavelength.
     pub fn of(scene: &Scene, vertices: Vec<Vertex>) -> Self {
         let mut path = Self { vertices, ..Self::default() };
         path.derive(scene);
@@ -116,6 +122,7 @@ impl Path {
         let edges = (prefix.saturating_sub(1), suffix.saturating_sub(1));
         copy_ends(&x.edges, &mut self.edges, (front, edges.0), (back, edges.1));
         copy_ends(&x.scattering, &mut self.scattering, (front, prefix), (back, suffix));
+        self.wavelength = x.wavelength;
         self.raster = x.raster;
         self.version = fresh_version();
         self.origin = Origin { version: x.version, prefix, suffix };
@@ -133,6 +140,7 @@ impl Path {
         self.vertices.clear();
         self.edges.clear();
         self.scattering.clear();
+        self.wavelength = Wavelength::NONE;
         self.raster = None;
         self.version = 0;
         self.origin = Origin::default();
@@ -175,6 +183,16 @@ impl Path {
                 Rgb::splat(seen.map_or(0.0, |(_, responsivity)| responsivity))
             };
         }
+    }
+
+    /// What f is multiplied by for its wavelength, if the path meets a dispersive interface on its way.
+    #[inline]
+    pub fn response(&self) -> Option<Rgb> {
+        if self.wavelength.is_none() {
+            return None;
+        }
+        let inner = &self.vertices[1..self.length()];
+        inner.iter().any(|vertex| vertex.interaction.is_dispersive()).then(|| self.wavelength.response())
     }
 
     /// Whether neighbours see each other, by tracing every edge again.

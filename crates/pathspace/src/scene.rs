@@ -12,7 +12,7 @@ use ergodic_geometry::{Anchor, Hit, Instance, Isa, Mesh, Ray, Surface, World, sp
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
     Bsdf, Camera, Component, Environment, Interaction, Lens, Material, Optics, PunctualLight, Rgb, Sight, Texture,
-    emission, luminance, warp,
+    Wavelength, emission, luminance, warp,
 };
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 
@@ -25,6 +25,12 @@ use crate::{
     CameraDescription, Census, Coverage, Edge, Effect, Effects, Kind, Placement, Projection, SceneDescription,
     SceneError, Vertex,
 };
+
+/// The name, to a [`RandomSource`], of the choices that belong to neither walk (see [`crate::End`]).
+const CHOICES: usize = 2;
+
+/// The place of the wavelength among them.
+const WAVELENGTH: usize = 2;
 
 thread_local! {
     static RAYS: Cell<u64> = const { Cell::new(0) };
@@ -69,6 +75,8 @@ pub struct Scene {
     material_of_instance: Vec<u32>,
     /// Of each instance, whether it covers a share only anywhere; empty if none does.
     is_partial: Vec<bool>,
+    /// Whether paths have a wavelength: some surface refracts different ones differently, or is to be ready for it.
+    disperses: bool,
     /// Index of an instance's first emissive triangle, or [`NO_EMITTER`].
     first_emitter: Vec<u32>,
     lights: Lights,
@@ -199,6 +207,7 @@ impl Scene {
             textures,
             material_of_instance,
             is_partial,
+            disperses: effects.has(Effect::Dispersion),
             first_emitter,
             lights,
             environment,
@@ -245,17 +254,39 @@ impl Scene {
         self.scale
     }
 
+    /// Whether light of different wavelengths takes different paths. Without it paths have no wavelength.
+    #[inline]
+    pub fn disperses(&self) -> bool {
+        self.disperses
+    }
+
+    /// A wavelength with density 1; [`Wavelength::NONE`], from no number, where nothing depends on it.
+    #[inline]
+    pub fn sample_wavelength(&self, rng: &mut impl RandomSource) -> Wavelength {
+        if !self.disperses {
+            return Wavelength::NONE;
+        }
+        rng.enter(CHOICES, WAVELENGTH);
+        Wavelength::at(rng.uniform())
+    }
+
     /// The point of the surface that was hit, as if met in air.
     #[inline]
     pub fn vertex(&self, hit: &Hit) -> Vertex {
+        self.vertex_at(hit, Wavelength::NONE)
+    }
+
+    /// The same for light of a wavelength.
+    #[inline]
+    pub(crate) fn vertex_at(&self, hit: &Hit, wavelength: Wavelength) -> Vertex {
         let mut vertex = self.camera_vertex();
-        self.place(hit, &mut vertex);
+        self.place(hit, wavelength, &mut vertex);
         vertex
     }
 
-    /// Makes `vertex` the point of the surface that was hit, as if met in air.
+    /// Makes `vertex` the point of the surface that was hit, as if met in air, for light of a wavelength.
     #[inline]
-    pub(crate) fn place(&self, hit: &Hit, vertex: &mut Vertex) {
+    pub(crate) fn place(&self, hit: &Hit, wavelength: Wavelength, vertex: &mut Vertex) {
         let _phase = phase::enter(Phase::Shading);
         let surface = self.world.surface(hit);
         let index = self.material_of_instance[hit.instance as usize];
@@ -269,7 +300,7 @@ impl Scene {
         vertex.interaction = match &self.constant[index as usize] {
             // Nothing of it depends on the point but the colour of the mesh.
             Some(bsdf) if surface.color == DVec4::ONE => Material::interaction_of(*bsdf, &surface),
-            _ => material.interaction(&self.textures, &surface),
+            _ => material.interaction_at(&self.textures, &surface, wavelength),
         };
         let first = self.first_emitter[hit.instance as usize];
         if first == NO_EMITTER {
@@ -317,20 +348,34 @@ impl Scene {
         })
     }
 
-    /// The first point of a surface seen from `from` in direction `w`, or a point of a medium before it.
+    /// The first point of a surface seen from `from` in direction `w`, or a point of a medium before it, for light of a wavelength.
     #[inline]
-    pub fn trace(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub fn trace(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.fly_to(from, w, &mut vertex, rng).then_some(vertex)
+        self.fly_to(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }
 
-    /// Makes `to` the first point of a surface seen from `from` in direction `w`; false if there is none. Media do not scatter.
+    /// Makes `to` the first point of a surface seen from `from` in direction `w`, for light of a wavelength; false if there is none.
+    /// Media do not scatter.
     #[inline]
-    pub fn trace_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+    pub fn trace_to(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
         count_ray();
         let ray = self.world.spawn(&from.anchor(), w);
         let Some(hit) = self.meet(&ray, rng) else { return false };
-        self.place(&hit, to);
+        self.place(&hit, wavelength, to);
         if !self.media.is_empty() {
             to.medium = self.medium_met(from, w, to, hit.instance);
         }
@@ -339,16 +384,29 @@ impl Scene {
 
     /// What the eye sees from `from` in direction `w`: what [`Self::trace`] finds, or the environment where that is nothing.
     #[inline]
-    pub fn look(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub fn look(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
-        self.fly_or_escape(from, w, &mut vertex, rng).then_some(vertex)
+        self.fly_or_escape(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }
 
     /// Makes `to` the first point of a surface seen from `from` in direction `w`, or the environment where there is none; false if
     /// that is nothing. Media do not scatter.
     #[inline]
-    pub fn look_to(&self, from: &Vertex, w: DVec3, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
-        self.trace_to(from, w, to, rng) || self.escape_to(w, to)
+    pub fn look_to(
+        &self,
+        from: &Vertex,
+        w: DVec3,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
+        self.trace_to(from, w, wavelength, to, rng) || self.escape_to(w, to)
     }
 
     /// Makes `to` the environment in direction `w`; false if that is black.
@@ -505,22 +563,36 @@ impl Scene {
 
     /// Makes `to` what [`Self::fly_to`] finds on a line of sight of the camera, whose vertex is `eye`; false if there is nothing.
     #[inline]
-    pub fn trace_sight(&self, eye: &Vertex, sight: &Sight, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+    pub fn trace_sight(
+        &self,
+        eye: &Vertex,
+        sight: &Sight,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
         if eye.kind == Kind::DistantCamera {
-            return self.fly_to(&self.on_film(sight.eye), sight.direction, to, rng);
+            return self.fly_to(&self.on_film(sight.eye), sight.direction, wavelength, to, rng);
         }
-        self.fly_to(eye, sight.direction, to, rng)
+        self.fly_to(eye, sight.direction, wavelength, to, rng)
     }
 
     /// What [`Self::fly_or_escape`] makes of `to` on a line of sight of the camera, whose vertex is `eye`.
     ///
     /// An orthographic camera does not see the environment itself: the path would have no end with a position.
     #[inline]
-    pub fn look_along(&self, eye: &Vertex, sight: &Sight, to: &mut Vertex, rng: &mut impl RandomSource) -> bool {
+    pub fn look_along(
+        &self,
+        eye: &Vertex,
+        sight: &Sight,
+        wavelength: Wavelength,
+        to: &mut Vertex,
+        rng: &mut impl RandomSource,
+    ) -> bool {
         if eye.kind == Kind::DistantCamera {
-            return self.trace_sight(eye, sight, to, rng);
+            return self.trace_sight(eye, sight, wavelength, to, rng);
         }
-        self.fly_or_escape(eye, sight.direction, to, rng)
+        self.fly_or_escape(eye, sight.direction, wavelength, to, rng)
     }
 
     /// A point of the orthographic film as a vertex to trace from.
@@ -541,7 +613,7 @@ impl Scene {
 
     /// A point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
     #[inline]
-    pub fn sample_emitter(&self, rng: &mut impl RandomSource) -> Vertex {
+    pub fn sample_emitter(&self, wavelength: Wavelength, rng: &mut impl RandomSource) -> Vertex {
         match self.lights.choose(rng) {
             Emitter::Punctual(index) => self.punctual_vertex(index),
             Emitter::Environment => match &self.environment {
@@ -553,7 +625,7 @@ impl Scene {
             },
             Emitter::Triangle { instance, triangle } => {
                 let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
-                let mut vertex = self.vertex(&Hit { instance, triangle, u, v, t: 0.0 });
+                let mut vertex = self.vertex_at(&Hit { instance, triangle, u, v, t: 0.0 }, wavelength);
                 if !self.media.is_empty() {
                     vertex.medium = self.media.around(&self.world, vertex.position, Some(instance));
                 }
@@ -614,7 +686,12 @@ impl Scene {
 
     /// The next vertex of a light subpath that starts at `light`, with density [`Self::emission_pdf`].
     #[inline]
-    pub fn sample_emission(&self, light: &Vertex, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub fn sample_emission(
+        &self,
+        light: &Vertex,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex> {
         let u = [rng.uniform(), rng.uniform()];
         let w = match light.kind {
             Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
@@ -623,18 +700,25 @@ impl Scene {
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                return self.fly_parallel(direction, frame.t * x + frame.b * y + self.centre(), rng);
+                let through = frame.t * x + frame.b * y + self.centre();
+                return self.fly_parallel(direction, through, wavelength, rng);
             }
             Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
         };
-        self.trace(light, w, rng)
+        self.trace(light, w, wavelength, rng)
     }
 
     /// The first point of a surface that light from infinitely far away meets on the line along `direction` through `point`.
     #[inline]
-    pub fn trace_parallel(&self, direction: DVec3, point: DVec3, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub fn trace_parallel(
+        &self,
+        direction: DVec3,
+        point: DVec3,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex> {
         count_ray();
-        self.meet(&self.ray_from_afar(direction, point), rng).map(|hit| self.vertex(&hit))
+        self.meet(&self.ray_from_afar(direction, point), rng).map(|hit| self.vertex_at(&hit, wavelength))
     }
 
     /// The ray of light from infinitely far away on the line along `direction` through `point`.

@@ -1,7 +1,7 @@
 //! Random walks from a light or from the eye (Veach 10.1), with the densities and throughputs that connections need.
 
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Rgb};
+use ergodic_scattering::{Component, Rgb, Wavelength};
 
 use crate::stability::{Place, is_usable};
 use crate::{Edge, Scene, Vertex};
@@ -43,6 +43,8 @@ pub struct Subpath {
     end: End,
     /// The numbers that choose the image point of a walk from a lens.
     image_point: Option<[f64; 2]>,
+    /// The wavelength that walks are for, [`Wavelength::NONE`] where the scene does not disperse.
+    pub wavelength: Wavelength,
     /// Vertices in the order in which they were sampled. The component of each says how the walk left it.
     pub vertices: Vec<Vertex>,
     /// `edges[i]` between vertices i and i + 1, oriented as light flows.
@@ -61,6 +63,7 @@ impl Subpath {
         Self {
             end,
             image_point: None,
+            wavelength: Wavelength::NONE,
             vertices: Vec::with_capacity(vertices),
             edges: Vec::with_capacity(vertices),
             pdf_area: Vec::with_capacity(vertices),
@@ -134,7 +137,7 @@ impl Subpath {
                 (vertex, pdf)
             }
             End::Light => {
-                let vertex = scene.sample_emitter(rng);
+                let vertex = scene.sample_emitter(self.wavelength, rng);
                 let pdf = scene.emitter_pdf_area(&vertex);
                 (vertex, pdf)
             }
@@ -184,7 +187,7 @@ impl Subpath {
         let start = &self.vertices[0];
         match self.end {
             End::Light => {
-                let next = scene.sample_emission(start, rng)?;
+                let next = scene.sample_emission(start, self.wavelength, rng)?;
                 let edge = self.edge(scene, start, &next);
                 let pdf = scene.emission_pdf(start, edge.direction);
                 Some((next, edge, pdf, scene.emitted(start, edge.direction)))
@@ -192,8 +195,9 @@ impl Subpath {
             End::Eye => {
                 let camera = scene.camera();
                 let raster = camera.sample_raster(self.image_point.unwrap_or_else(|| [rng.uniform(), rng.uniform()]));
+                let sight = camera.sight(start.position, raster);
                 let mut next = *start;
-                if !scene.look_along(start, &camera.sight(start.position, raster), &mut next, rng) {
+                if !scene.look_along(start, &sight, self.wavelength, &mut next, rng) {
                     return None;
                 }
                 let edge = self.edge(scene, start, &next);
@@ -212,8 +216,8 @@ impl Subpath {
         here.component = component;
         let here = self.vertices[i];
         let next = match self.end {
-            End::Light => scene.trace(&here, w_to, rng),
-            End::Eye => scene.look(&here, w_to, rng),
+            End::Light => scene.trace(&here, w_to, self.wavelength, rng),
+            End::Eye => scene.look(&here, w_to, self.wavelength, rng),
         };
         let Some(next) = next else {
             self.vertices[i].component = Component::Rough;

@@ -3,7 +3,7 @@
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable};
 use ergodic_pathspace::{Edge, Lengths, Roulette, Scene, Vertex};
-use ergodic_scattering::{Component, Rgb};
+use ergodic_scattering::{Component, Rgb, Wavelength};
 use glam::DVec2;
 
 use crate::sampling::Estimator;
@@ -40,8 +40,14 @@ fn arriving(scene: &Scene, edge: &Edge, light_side: &Vertex, eye_side: &Vertex) 
 /// Light that reaches `vertex` straight from a sampled light, seen along `w_eye`; f over density, weighted.
 ///
 /// `continues` is the probability that the walk would have sampled the next vertex.
-fn next_event(scene: &Scene, vertex: &Vertex, w_eye: glam::DVec3, continues: f64, rng: &mut impl RandomSource) -> Rgb {
-    let light = scene.sample_emitter(rng);
+fn next_event(
+    scene: &Scene,
+    vertex: &Vertex,
+    (w_eye, wavelength): (glam::DVec3, Wavelength),
+    continues: f64,
+    rng: &mut impl RandomSource,
+) -> Rgb {
+    let light = scene.sample_emitter(wavelength, rng);
     let edge = Edge::new(scene, &light, vertex);
     let w_light = -edge.direction;
     let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);
@@ -63,6 +69,8 @@ const LIGHTS: usize = 1;
 impl Estimator for PathTracer {
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         let camera = scene.camera();
+        let wavelength = scene.sample_wavelength(rng);
+        let mut meets_dispersion = false;
         rng.enter(WALK, 0);
         // The image point comes first, for sources that choose it.
         let raster = camera.sample_raster([rng.uniform(), rng.uniform()]);
@@ -70,7 +78,7 @@ impl Estimator for PathTracer {
         let sight = camera.sight(before.position, raster);
         let Some(raster) = camera.raster(&sight) else { return };
         let (mut sum, mut vertex) = (Rgb::ZERO, before);
-        if !scene.look_along(&before, &sight, &mut vertex, rng) {
+        if !scene.look_along(&before, &sight, wavelength, &mut vertex, rng) {
             return;
         }
         let mut edge = Edge::new(scene, &vertex, &before);
@@ -86,10 +94,15 @@ impl Estimator for PathTracer {
             if edges == self.lengths.max_edges || !vertex.scatters() {
                 break;
             }
+            if !meets_dispersion && !wavelength.is_none() && vertex.interaction.is_dispersive() {
+                // From here on the light is of one wavelength.
+                throughput *= wavelength.response();
+                meets_dispersion = true;
+            }
             let survival = self.roulette.survival(edges + 1);
             if edges + 1 >= self.lengths.min_edges && vertex.interaction.has_rough() {
                 rng.enter(LIGHTS, edges);
-                sum += throughput * next_event(scene, &vertex, w_eye, survival, rng);
+                sum += throughput * next_event(scene, &vertex, (w_eye, wavelength), survival, rng);
             }
             rng.enter(WALK, edges);
             if survival < 1.0 && rng.uniform() >= survival {
@@ -97,7 +110,7 @@ impl Estimator for PathTracer {
             }
             let u = [rng.uniform(), rng.uniform(), rng.uniform()];
             let Some((w, component)) = vertex.interaction.sample(w_eye, u) else { break };
-            let Some(next) = scene.look(&vertex, w, rng) else { break };
+            let Some(next) = scene.look(&vertex, w, wavelength, rng) else { break };
             before = vertex;
             vertex = next;
             edge = Edge::new(scene, &vertex, &before);

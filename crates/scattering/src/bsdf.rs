@@ -65,6 +65,16 @@ impl Bsdf {
         }
     }
 
+    /// Whether the surface is that for one wavelength.
+    #[inline]
+    pub(crate) fn is_dispersive(&self) -> bool {
+        match self {
+            Self::Lambert(_) => false,
+            Self::Layered(layered) => layered.is_dispersive(),
+            Self::Extended(extended) => extended.is_dispersive(),
+        }
+    }
+
     /// The share of the emitted light that leaves along `w`.
     #[inline]
     pub(crate) fn emission_factor(&self, frame: &Frame, w: DVec3) -> f64 {

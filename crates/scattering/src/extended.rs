@@ -98,6 +98,7 @@ pub struct Extended {
     translucent_color: [Share; 3],
     transmissive: bool,
     solid: bool,
+    dispersive: bool,
     /// Whether the coat has a normal of its own.
     tilted: bool,
 }
@@ -152,6 +153,7 @@ impl Extended {
             translucent_color: shares(effects.translucent_color),
             transmissive: p.transmissive,
             solid: p.solid,
+            dispersive: p.dispersive,
             tilted: effects.coat_normal.is_some(),
         }
     }
@@ -170,6 +172,7 @@ impl Extended {
             transmission: self.transmission.get(),
             transmissive: self.transmissive,
             solid: self.solid,
+            dispersive: self.dispersive,
         };
         let film = ThinFilm {
             strength: self.film.get(),
@@ -194,6 +197,12 @@ impl Extended {
     #[inline]
     pub(crate) fn is_solid(&self) -> bool {
         self.solid
+    }
+
+    /// Whether the surface is that for one wavelength.
+    #[inline]
+    pub(crate) fn is_dispersive(&self) -> bool {
+        self.dispersive
     }
 
     /// Index of refraction below the surface relative to above.

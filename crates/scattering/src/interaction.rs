@@ -159,6 +159,12 @@ impl Interaction {
         self.bsdf.is_solid()
     }
 
+    /// Whether the scattering is that for one wavelength and would be another for another.
+    #[inline]
+    pub fn is_dispersive(&self) -> bool {
+        self.bsdf.is_dispersive()
+    }
+
     /// Index of refraction on the side of -`ng` relative to the other; 1 unless the surface bounds a solid.
     #[inline]
     pub fn index_below(&self) -> f64 {

@@ -52,6 +52,8 @@ pub struct Parameters {
     pub transmissive: bool,
     /// The surface bounds a refracting solid; it must be `transmissive`.
     pub solid: bool,
+    /// The index depends on the wavelength, and is the one at that of the light.
+    pub dispersive: bool,
 }
 
 /// A lobe and the form it takes at this point.
@@ -94,6 +96,7 @@ pub struct Layered<R = f64, E = Plain> {
     alpha: R,
     effects: E,
     solid: bool,
+    dispersive: bool,
     diffuse: Lobe,
     translucent: Lobe,
     reflection: Lobe,
@@ -177,6 +180,7 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
             alpha,
             effects,
             solid: p.solid,
+            dispersive: p.dispersive,
             diffuse: if diffuse { Lobe::Diffuse } else { Lobe::Absent },
             translucent: if translucent { Lobe::DiffuseTransmission } else { Lobe::Absent },
             reflection,
@@ -188,6 +192,12 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
     #[inline]
     pub(crate) fn is_solid(&self) -> bool {
         self.solid
+    }
+
+    /// Whether the surface is that for one wavelength.
+    #[inline]
+    pub(crate) fn is_dispersive(&self) -> bool {
+        self.dispersive
     }
 
     /// Whether any lobe belongs to `component`.

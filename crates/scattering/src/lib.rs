@@ -35,6 +35,7 @@ mod texture;
 mod thin_film;
 mod thin_transmission;
 pub mod warp;
+mod wavelength;
 
 pub use alias::AliasTable;
 pub use bsdf::Bsdf;
@@ -56,3 +57,4 @@ pub use material_layers::MaterialLayers;
 pub use medium::Medium;
 pub use punctual::PunctualLight;
 pub use texture::{Interpolation, Texels, Texture, TextureUse, Wrap};
+pub use wavelength::Wavelength;

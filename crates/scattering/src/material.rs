@@ -6,7 +6,7 @@ use glam::DVec4;
 
 use crate::{
     Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Medium, Parameters, Rgb, Texture, TextureUse,
-    normal_map,
+    Wavelength, normal_map, wavelength,
 };
 
 /// What alpha, the product of those of base colour factor, texture and mesh, means (glTF 2.0, section 3.9.4).
@@ -54,6 +54,8 @@ pub struct Material {
     pub emission_texture: Option<TextureUse>,
     /// KHR_materials_ior, 1.5 by default.
     pub ior: f64,
+    /// KHR_materials_dispersion: 20 over the Abbe number; 0 for the same index at all wavelengths. See [`Self::disperses`].
+    pub dispersion: f64,
     /// KHR_materials_specular: specularFactor.
     pub specular: f64,
     /// KHR_materials_specular: specularTexture (A).
@@ -113,6 +115,7 @@ impl Default for Material {
             emission: Rgb::ZERO,
             emission_texture: None,
             ior: 1.5,
+            dispersion: 0.0,
             specular: 1.0,
             specular_texture: None,
             specular_color: Rgb::ONE,
@@ -165,6 +168,19 @@ impl Material {
         self.metallic < 1.0 || self.metallic_roughness_texture.is_some()
     }
 
+    /// Whether the index of refraction depends on the wavelength and light gets to know: only where it refracts, in solids that are
+    /// transmissive, and with an index other than that of air.
+    #[inline]
+    pub fn disperses(&self) -> bool {
+        self.dispersion > 0.0 && self.solid && self.is_transmissive() && self.ior != 1.0
+    }
+
+    /// The index of refraction at a wavelength.
+    #[inline]
+    pub fn index_at(&self, wavelength: Wavelength) -> f64 {
+        if self.disperses() { wavelength::index(self.ior, self.dispersion, wavelength) } else { self.ior }
+    }
+
     /// The set of texture coordinates along which tangents are needed, if a normal map or an effect needs any.
     pub fn tangent_texcoord(&self) -> Option<usize> {
         let base = self.normal_texture.as_ref().map(|texture| texture.texcoord);
@@ -198,8 +214,12 @@ impl Material {
         }
     }
 
-    /// The scattering at every point of a surface with this material, if no texture changes it; for white vertex colours.
+    /// The scattering at every point of a surface with this material, if neither a texture nor the wavelength changes it; for white
+    /// vertex colours.
     pub fn constant_bsdf(&self) -> Option<Bsdf> {
+        if self.disperses() {
+            return None;
+        }
         let textures = [
             &self.base_color_texture,
             &self.metallic_roughness_texture,
@@ -212,7 +232,7 @@ impl Material {
         if textures.iter().any(|texture| texture.is_some()) {
             return None;
         }
-        let base = self.parameters(Rgb::ONE, |_| None);
+        let base = self.parameters(Rgb::ONE, Wavelength::NONE, |_| None);
         let Some(layers) = &self.layers else { return Some(self.bsdf(&base)) };
         let effects = layers.effects(&|_| None);
         layers.is_constant().then(|| {
@@ -227,14 +247,20 @@ impl Material {
         Interaction { frame, ng: surface.ng, bsdf }
     }
 
-    /// The scattering at a point of a surface with this material.
+    /// The scattering at a point of a surface with this material, with the index of refraction that the file states.
     pub fn interaction(&self, textures: &[Texture], surface: &Surface) -> Interaction {
+        self.interaction_at(textures, surface, Wavelength::NONE)
+    }
+
+    /// The scattering at a point of a surface with this material, for light of a wavelength.
+    #[inline]
+    pub fn interaction_at(&self, textures: &[Texture], surface: &Surface, wavelength: Wavelength) -> Interaction {
         let read = |texture: &Option<TextureUse>| texture.map(|texture| texture.at(textures, surface));
         let ns = match read(&self.normal_texture) {
             Some(texel) => normal_map::apply(surface, texel, self.normal_scale),
             None => normal_map::keep_above(surface.ns, surface.ng),
         };
-        let base = self.parameters(surface.color.truncate(), read);
+        let base = self.parameters(surface.color.truncate(), wavelength, read);
         if let Some(layers) = &self.layers
             && let Some(interaction) = layers.interaction(&base, ns, surface, &read)
         {
@@ -255,9 +281,14 @@ impl Material {
         }
     }
 
-    /// The base's parameters where the mesh has a colour and textures have what `read` gives.
+    /// The base's parameters for a wavelength, where the mesh has a colour and textures have what `read` gives.
     #[inline]
-    fn parameters(&self, color: Rgb, read: impl Fn(&Option<TextureUse>) -> Option<DVec4>) -> Parameters {
+    fn parameters(
+        &self,
+        color: Rgb,
+        wavelength: Wavelength,
+        read: impl Fn(&Option<TextureUse>) -> Option<DVec4>,
+    ) -> Parameters {
         let mut base = self.base_color * color;
         if let Some(texel) = read(&self.base_color_texture) {
             base *= texel.truncate();
@@ -282,12 +313,13 @@ impl Material {
             base,
             metallic,
             alpha: roughness * roughness,
-            ior: self.ior,
+            ior: self.index_at(wavelength),
             specular,
             specular_color,
             transmission: if transmissive { transmission } else { 0.0 },
             transmissive,
             solid: self.is_solid(),
+            dispersive: self.disperses(),
         }
     }
 

@@ -8,9 +8,10 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use crate::Rgb;
+use crate::color::XYZ_TO_RGB;
 use crate::fresnel::schlick_weight;
 
 /// A thin film at one point.
@@ -54,13 +55,6 @@ static SENSITIVITIES: LazyLock<[Gaussian; 4]> = LazyLock::new(|| {
         variance,
     })
 });
-
-/// From CIE XYZ to linear Rec. 709.
-const XYZ_TO_RGB: DMat3 = DMat3::from_cols(
-    DVec3::new(3.240_454_2, -0.969_266, 0.055_643_4),
-    DVec3::new(-1.537_138_5, 1.876_010_8, -0.204_025_9),
-    DVec3::new(-0.498_531_4, 0.041_556, 1.057_225_2),
-);
 
 /// Reflectance at normal incidence between two indices.
 #[inline]

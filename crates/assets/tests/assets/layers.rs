@@ -251,3 +251,40 @@ fn an_unknown_variant_is_an_error_that_lists_them() {
     let error = from_bytes_variant(broken.to_string().as_bytes(), "test.gltf", "warm").unwrap_err();
     assert!(error.place.contains("meshes[0].primitives[0]"), "{error}");
 }
+
+#[test]
+fn dispersion_arrives_and_is_warned_of_where_it_has_no_effect() {
+    let glass = |changes: &Value| {
+        let mut extensions = json!({
+            "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_volume": {"thicknessFactor": 1},
+            "KHR_materials_dispersion": {"dispersion": 0.5},
+        });
+        for (name, value) in changes.as_object().expect("an object") {
+            extensions[name] = value.clone();
+        }
+        let asset =
+            load(&with_material(json!({"extensions": extensions, "pbrMetallicRoughness": {"metallicFactor": 0}})));
+        let warned = asset.warnings.iter().any(|warning| warning.contains("KHR_materials_dispersion"));
+        (asset.description.materials[0].clone(), warned)
+    };
+    let (material, warned) = glass(&json!({}));
+    assert!(material.dispersion == 0.5 && material.disperses() && !warned);
+    let without_effect = [
+        json!({"KHR_materials_transmission": {"transmissionFactor": 0}}),
+        json!({"KHR_materials_volume": {"thicknessFactor": 0}}),
+        json!({"KHR_materials_ior": {"ior": 1}}),
+        json!({"KHR_materials_unlit": {}}),
+        json!({"KHR_materials_pbrSpecularGlossiness": {}}),
+    ];
+    for changes in without_effect {
+        let (material, warned) = glass(&changes);
+        assert!(!material.disperses() && warned, "{changes}");
+    }
+    // Switched off, there is nothing to warn of.
+    let (material, warned) = glass(&json!({"KHR_materials_dispersion": {}}));
+    assert!(!material.disperses() && !warned);
+    let negative = json!({"extensions": {"KHR_materials_dispersion": {"dispersion": -1}}});
+    let error = try_load(&with_material(negative)).expect_err("a negative dispersion").to_string();
+    assert!(error.contains("KHR_materials_dispersion.dispersion") && error.contains("negative"), "{error}");
+}

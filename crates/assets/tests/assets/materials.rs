@@ -80,11 +80,11 @@ fn alpha_is_read_with_its_mode() {
 #[test]
 fn unsupported_extensions_are_named_once_and_required_ones_refused() {
     let mut file = with_material(json!({}));
-    file["extensionsUsed"] = json!(["KHR_materials_dispersion", "KHR_materials_ior"]);
+    file["extensionsUsed"] = json!(["ADOBE_materials_thin_transparency", "KHR_materials_ior"]);
     let warnings = load(&file).warnings;
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    assert!(warnings[0].starts_with("KHR_materials_dispersion"));
-    file["extensionsRequired"] = json!(["KHR_materials_dispersion"]);
+    assert!(warnings[0].starts_with("ADOBE_materials_thin_transparency"));
+    file["extensionsRequired"] = json!(["ADOBE_materials_thin_transparency"]);
     let error = try_load(&file).unwrap_err();
     assert_eq!((error.trouble, error.place.as_str()), (ergodic_assets::Trouble::Unsupported, "extensionsRequired"));
 }

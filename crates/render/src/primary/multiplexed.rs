@@ -75,6 +75,7 @@ impl Estimator for Multiplexed {
         let t = k + 1 - s;
         self.class = PathClass { length: k as u32, specular: 0 };
         let Self { sampler, class, .. } = self;
+        sampler.draw_wavelength(scene, rng);
         sampler.eye.walk(scene, t, &Roulette::OFF, rng);
         if sampler.eye.len() < t {
             return;

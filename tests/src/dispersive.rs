@@ -17,7 +17,7 @@ pub fn dispersive_room(dispersion: f64) -> SceneDescription {
     let colored = Material { base_color: Rgb::new(0.9, 0.6, 0.4), ..glass(1.4) };
     let things = vec![
         (cuboid(DVec3::ONE, true), diffuse(0.6, 0.0)),
-        (quad(DVec3::new(-0.25, -0.25, 0.98), DVec3::Y * 0.5, DVec3::X * 0.5), diffuse(0.0, 20.0)),
+        (quad(DVec3::new(-0.5, -0.5, 0.98), DVec3::Y, DVec3::X), diffuse(0.0, 5.0)),
         (sphere(DVec3::new(-0.4, 0.3, -0.5), 0.4, 8, false), smooth),
         (sphere(DVec3::new(0.45, 0.4, -0.55), 0.35, 8, false), rough),
         (sphere(DVec3::new(0.1, -0.2, -0.75), 0.2, 8, false), colored),

@@ -8,7 +8,9 @@ use ergodic_metropolis::RandomSource;
 use ergodic_mutations::Splice;
 use ergodic_pathspace::{Lengths, Path, PathSpace, Roulette, Scene, Vertex};
 use ergodic_render::{Direct, Method, Purpose, Settings, Unobserved, render, stream};
-use ergodic_scattering::{AlphaMode, Interpolation, Material, PunctualLight, Rgb, Texels, Texture, TextureUse, Wavelength, Wrap};
+use ergodic_scattering::{
+    AlphaMode, Interpolation, Material, PunctualLight, Rgb, Texels, Texture, TextureUse, Wavelength, Wrap,
+};
 use ergodic_tests::{
     Estimate, Eye, Thing, cuboid, description_of, diffuse, estimate, mirror, nightly, quad, scene_of, settings, view_of,
 };

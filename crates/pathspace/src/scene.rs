@@ -384,13 +384,7 @@ impl Scene {
 
     /// What the eye sees from `from` in direction `w`: what [`Self::trace`] finds, or the environment where that is nothing.
     #[inline]
-    pub fn look(
-        &self,
-        from: &Vertex,
-        w: DVec3,
-        wavelength: Wavelength,
-        rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    pub fn look(&self, from: &Vertex, w: DVec3, wavelength: Wavelength, rng: &mut impl RandomSource) -> Option<Vertex> {
         let mut vertex = self.camera_vertex();
         self.fly_or_escape(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }

@@ -2,7 +2,7 @@
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable};
-use ergodic_pathspace::{Edge, Lengths, Roulette, Scene, Vertex};
+use ergodic_pathspace::{Edge, End, Lengths, Roulette, Scene, Vertex};
 use ergodic_scattering::{Component, Rgb, Wavelength};
 use glam::DVec2;
 
@@ -62,8 +62,8 @@ fn next_event(
     carried * (power_heuristic(density, by_walk) / density)
 }
 
-/// The names of the walk and of the sampled lights to a [`RandomSource`].
-const WALK: usize = 0;
+/// The names of the walk, which is one from the eye, and of the sampled lights to a [`RandomSource`].
+const WALK: usize = End::Eye as usize;
 const LIGHTS: usize = 1;
 
 impl Estimator for PathTracer {

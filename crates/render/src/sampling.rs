@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ergodic_metropolis::RandomSource;
-use ergodic_pathspace::{PathClass, Scene};
+use ergodic_pathspace::{End, PathClass, Scene};
 use ergodic_scattering::{Filter, Rgb};
 use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
@@ -27,22 +27,31 @@ pub trait Estimator: Clone + Send {
     }
 }
 
-/// Gives two chosen numbers first, then those of a stream.
+/// Gives two chosen numbers first to the walk from the eye, which begins with the image point, and else those of a stream.
 struct ImagePointFirst<'a> {
     chosen: [f64; 2],
     given: usize,
+    /// The walk that numbers are for. What a sample asks for before it, as a wavelength, is not the image point.
+    walk: usize,
     then: &'a mut Pcg64Dxsm,
 }
 
 impl RandomSource for ImagePointFirst<'_> {
     #[inline]
     fn uniform(&mut self) -> f64 {
-        if let Some(&u) = self.chosen.get(self.given) {
+        if self.walk == End::Eye as usize
+            && let Some(&u) = self.chosen.get(self.given)
+        {
             self.given += 1;
             u
         } else {
             self.then.uniform()
         }
+    }
+
+    #[inline]
+    fn enter(&mut self, walk: usize, _index: usize) {
+        self.walk = walk;
     }
 }
 
@@ -147,7 +156,7 @@ impl<E: Estimator> Batch<E> {
             let (x, y) = self.next;
             let mut cell = |i: u32, n: u32| (f64::from(i) + self.rng.uniform()) / f64::from(n);
             let chosen = [cell(x, width), cell(y, height)];
-            let mut rng = ImagePointFirst { chosen, given: 0, then: &mut self.rng };
+            let mut rng = ImagePointFirst { chosen, given: 0, walk: End::Eye as usize, then: &mut self.rng };
             let splats = &mut self.splats;
             self.estimator.sample(scene, &mut rng, |raster, color| splats.splat(raster, color));
             self.next = if x + 1 < width { (x + 1, y) } else { (0, y + step as u32) };

@@ -69,7 +69,7 @@ impl Bsdf {
     #[inline]
     pub(crate) fn is_dispersive(&self) -> bool {
         match self {
-            Self::Lambert(_) => false,
+            Self::Lambert(_) | Self::Phase(_) => false,
             Self::Layered(layered) => layered.is_dispersive(),
             Self::Extended(extended) => extended.is_dispersive(),
         }

@@ -7,7 +7,7 @@ use crate::warnings::Warnings;
 use crate::{material, material_layers, variants, volume_scatter};
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 25] = [
+const UNDERSTOOD: [&str; 26] = [
     DRACO,
     MESHOPT[0],
     MESHOPT[1],

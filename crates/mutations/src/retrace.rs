@@ -52,7 +52,6 @@ pub(crate) fn retrace(
     rng: &mut impl RandomSource,
 ) -> Result<(), Rejection> {
     let first = from.min(to);
-    let wavelength = y.wavelength;
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
     let (neighbour, end) = if from < to { (low, high) } else { (high, low) };
     let start = start.as_ref().unwrap_or(neighbour);
@@ -64,6 +63,7 @@ pub(crate) fn retrace(
     } else {
         // An orthographic camera does not see the environment itself.
         let may_escape = to == 0 && !start.is_on_film();
+        let wavelength = y.wavelength;
         let found = if may_escape {
             scene.look_to(start, w, wavelength, end, rng)
         } else {

@@ -109,6 +109,7 @@ impl Mutation for Volume {
     fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
         let i = plan.prefix;
         if to.length() != from.length()
+            || to.wavelength != from.wavelength
             || !Self::places(from).any(|place| place == i)
             || !to.vertices[i].is_in_medium()
             || to.vertices[i].medium() != from.vertices[i].medium()

@@ -694,7 +694,8 @@ impl Scene {
                 let direction = light.interaction.ng;
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                return self.fly_parallel(direction, frame.t * x + frame.b * y + self.centre(), wavelength, rng);
+                let through = frame.t * x + frame.b * y + self.centre();
+                return self.fly_parallel(direction, through, wavelength, rng);
             }
             Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
         };

@@ -87,8 +87,19 @@ impl Edge {
         }
     }
 
+    /// The segment as if nothing covered or scattered. A light without extent is not seen itself: on the image it would be a Dirac,
+    /// which only strategies that connect it with the eye could make, and no pixel could show. So G = 0 between the two.
     #[inline]
     fn between(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+        let mut edge = Self::straight(scene, light_side, eye_side);
+        if light_side.is_without_extent() && eye_side.is_eye() {
+            edge.geometry = 0.0;
+        }
+        edge
+    }
+
+    #[inline]
+    fn straight(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
         if light_side.is_distant() {
             let direction = light_side.interaction.ng;
             let cos_eye = cosine(eye_side, direction);

@@ -72,6 +72,12 @@ impl Vertex {
         matches!(self.kind, Kind::Surface | Kind::Aperture)
     }
 
+    /// Whether it is a light without extent: a point, or a single direction.
+    #[inline]
+    pub fn is_without_extent(&self) -> bool {
+        matches!(self.kind, Kind::PointLight(_) | Kind::DistantLight(_))
+    }
+
     /// Whether this is the camera's end of a path.
     #[inline]
     pub fn is_eye(&self) -> bool {

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
-use ergodic_pathspace::Scene;
-use ergodic_render::{Method, RenderError, Unobserved, render};
-use ergodic_scattering::{PunctualLight, Rgb};
+use ergodic_pathspace::{Path, Scene, contribution};
+use ergodic_render::{Method, Purpose, RenderError, Unobserved, render, stream};
+use ergodic_scattering::{PunctualLight, Rgb, Wavelength};
 use ergodic_tests::{Estimate, Eye, Thing, cuboid, diffuse, glass, nightly, quad, scene_of};
 use glam::DVec3;
 
@@ -100,6 +100,27 @@ fn two_lights_together_are_the_sum_of_each_alone() {
         let ratio = values[values.len() - 1] / values[values.len() / 2];
         println!("{what}: brightest pixel over median {ratio:.1}");
         assert!(ratio < 50.0, "{what}: a firefly, {ratio}");
+    }
+}
+
+/// A point light and a sun in the middle of the picture: a Dirac on the image that only a connection of light and eye could find.
+#[test]
+fn lights_without_extent_are_not_seen_themselves() {
+    let floor = || (quad(DVec3::new(-1.0, -1.0, 0.0), DVec3::X * 2.0, DVec3::Y * 2.0), diffuse(ALBEDO, 0.0));
+    let at = DVec3::new(0.0, 0.0, 0.3);
+    let eye = Eye::over(DVec3::new(0.0, -4.0, 0.3), at, DVec3::Z, 0.7);
+    let point = PunctualLight::Point { position: at, intensity: Rgb::ONE };
+    // Five degrees above the horizon, half way to the upper edge.
+    let sun =
+        PunctualLight::Directional { direction: DVec3::new(0.0, -0.9962, -0.0872).normalize(), irradiance: Rgb::ONE };
+    for (name, light) in [("point", point), ("sun", sun)] {
+        let scene = scene_of(vec![floor()], vec![light], &eye, SIDE);
+        let seen = means(&scene, &settings(Method::Path, &(1..=3), 256.0));
+        assert!(seen[0].mean.x > 0.0);
+        check(name, &scene, 1..=3, [0.0, 64.0, 192.0], &seen, 0.02);
+        let light = scene.sample_emitter(Wavelength::NONE, &mut stream(1, Purpose::Chain, 0));
+        let direct = Path::of(&scene, vec![light, scene.camera_vertex()]);
+        assert_eq!(contribution(&direct).rgb, Rgb::ZERO, "{name}");
     }
 }
 

@@ -120,7 +120,7 @@ fn what_absorbs_nothing_is_invisible_in_an_even_environment() {
         check("white ball in white fog", &scene, 1..=14, samples, |_| radiance);
     }
     // A solid that does not refract, in nothing.
-    let scattering = Rgb::new(0.4, 0.6, 0.8);
+    let scattering = Rgb::splat(0.6);
     let cloud = Material { scattering, anisotropy: 0.3, ..glass(1.0) };
     let scene = within(Medium::VACUUM, ball(cloud), Vec::new(), even(), &eye, SIDE);
     check("white cloud", &scene, 1..=20, samples, |_| radiance);

@@ -69,7 +69,7 @@ impl Curve {
     fn drawn(&self, rng: &mut Pcg64) -> Vec<Mean> {
         let draw = |point: &Vec<Sample>| {
             let n = point.len();
-            mean_of((0..n).map(|_| point[(u128::from(rng.next_u64()) * n as u128 >> 64) as usize]))
+            mean_of((0..n).map(|_| point[((u128::from(rng.next_u64()) * n as u128) >> 64) as usize]))
         };
         self.points.iter().map(draw).collect()
     }

@@ -7,6 +7,7 @@ use ergodic_scattering::Lens;
 use gltf::json::camera::{Camera, Type};
 use gltf::json::validation::Checked;
 use serde::Deserialize;
+use serde_json::Value;
 
 use crate::error::Flaw;
 use crate::warnings::Warnings;
@@ -28,7 +29,12 @@ struct Extras {
 }
 
 /// How the camera at `place` sees.
-pub(crate) fn projection(camera: &Camera, place: &str, warnings: &mut Warnings) -> Result<Projection, Flaw> {
+pub(crate) fn projection(
+    camera: &Camera,
+    extras: Option<&Value>,
+    place: &str,
+    warnings: &mut Warnings,
+) -> Result<Projection, Flaw> {
     match (camera.type_, &camera.perspective, &camera.orthographic) {
         (Checked::Valid(Type::Perspective), Some(perspective), _) => {
             let vertical_fov = f64::from(perspective.yfov);
@@ -36,7 +42,7 @@ pub(crate) fn projection(camera: &Camera, place: &str, warnings: &mut Warnings) 
                 let problem = format!("is {vertical_fov}; it must lie between 0 and pi");
                 return Err(Flaw::malformed(format!("{place}.perspective.yfov"), problem));
             }
-            Ok(Projection::Perspective { vertical_fov, lens: lens(camera, place)? })
+            Ok(Projection::Perspective { vertical_fov, lens: lens(extras, place)? })
         }
         (Checked::Valid(Type::Orthographic), _, Some(orthographic)) => {
             let (magnification, near) = (f64::from(orthographic.ymag), f64::from(orthographic.znear));
@@ -64,13 +70,13 @@ pub(crate) fn projection(camera: &Camera, place: &str, warnings: &mut Warnings) 
 }
 
 /// The lens in a camera's extras; `None` if they say nothing of one, or that it is a pinhole.
-fn lens(camera: &Camera, place: &str) -> Result<Option<Lens>, Flaw> {
-    let Some(extras) = camera.extras.as_ref().filter(|extras| extras.get().contains("\"lensRadius\"")) else {
+fn lens(extras: Option<&Value>, place: &str) -> Result<Option<Lens>, Flaw> {
+    let Some(extras) = extras.filter(|extras| extras.get("lensRadius").is_some()) else {
         return Ok(None);
     };
     let place = format!("{place}.extras");
     let Extras { lens_radius: radius, focus_distance, lens_blades: blades, lens_rotation: rotation } =
-        serde_json::from_str(extras.get()).map_err(|e| Flaw::malformed(&place, format!("states no lens: {e}")))?;
+        Extras::deserialize(extras).map_err(|e| Flaw::malformed(&place, format!("states no lens: {e}")))?;
     let lens = Lens { radius, focus_distance, blades, rotation };
     lens.check().map_err(|(field, problem)| {
         let key = match field {

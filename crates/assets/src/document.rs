@@ -18,6 +18,8 @@ pub(crate) struct Document {
     pub animated: bool,
     /// The skins, which are parsed where a node that is shown has one.
     pub skins: Vec<serde_json::Value>,
+    /// What applications add to the cameras for themselves; null where there is nothing.
+    pub camera_extras: Vec<serde_json::Value>,
     pub folder: Option<PathBuf>,
     /// A buffer that cannot be read is an error only once something needs it.
     buffers: Vec<Result<Vec<u8>, Flaw>>,
@@ -29,7 +31,7 @@ pub(crate) struct Document {
 impl Document {
     pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Self, Flaw> {
         let Container { json, binary } = container::split(bytes)?;
-        let Parsed { root, animated, skins } = parse_json(json)?;
+        let Parsed { root, animated, skins, camera_extras } = parse_json(json)?;
         check_version(&root)?;
         extensions::check_required(&root)?;
         let mut buffers = Vec::new();
@@ -38,7 +40,8 @@ impl Document {
         }
         let decompressed = vec![OnceCell::new(); root.buffer_views.len()];
         let folder = folder.map(Path::to_path_buf);
-        Ok(Self { root, animated, skins, folder, buffers, decompressed, decompressed_bytes: Cell::new(0) })
+        let decompressed_bytes = Cell::new(0);
+        Ok(Self { root, animated, skins, camera_extras, folder, buffers, decompressed, decompressed_bytes })
     }
 
     /// The bytes of a buffer view.
@@ -103,6 +106,7 @@ struct Parsed {
     root: Root,
     animated: bool,
     skins: Vec<serde_json::Value>,
+    camera_extras: Vec<serde_json::Value>,
 }
 
 fn parse_json(json: &[u8]) -> Result<Parsed, Flaw> {
@@ -124,13 +128,15 @@ fn parse_json(json: &[u8]) -> Result<Parsed, Flaw> {
             scene.entry("nodes").or_insert_with(|| serde_json::Value::Array(Vec::new()));
         }
     }
+    let cameras = members.get("cameras").and_then(|c| c.as_array()).into_iter().flatten();
+    let camera_extras = cameras.map(|camera| camera.get("extras").cloned().unwrap_or_default()).collect();
     plain(&mut tree);
     let root = serde_path_to_error::deserialize(tree).map_err(|e| {
         let place = e.path().to_string();
         let place = if place == "." { "JSON".into() } else { place };
         Flaw::malformed(place, e.into_inner().to_string())
     })?;
-    Ok(Parsed { root, animated, skins })
+    Ok(Parsed { root, animated, skins, camera_extras })
 }
 
 /// Takes out what applications add for themselves (`extras`, of any type) and writes integers as such: 1.0 is one too.

@@ -242,7 +242,8 @@ fn place_camera(
     let Some(index) = node.camera else { return Ok(()) };
     let camera = get(&document.root.cameras, index, "cameras", &format!("{place}.camera"))?;
     let place = format!("cameras[{}]", index.value());
-    let projection = camera::projection(camera, &place, warnings)?;
+    let extras = document.camera_extras.get(index.value());
+    let projection = camera::projection(camera, extras, &place, warnings)?;
     let camera_name = camera.name.clone().unwrap_or_default();
     let name = node.name.clone().unwrap_or_else(|| camera_name.clone());
     let description = CameraDescription { name, transform, projection };

@@ -38,6 +38,14 @@ pub struct Case {
     mutations: Vec<(f64, AnyMutation)>,
 }
 
+impl Case {
+    /// Whether the mutation that the mix is named for can change any path of the scene.
+    fn applies(&self, scene: &Scene) -> bool {
+        let named = self.mutations.iter().find(|(_, mutation)| mutation.name() == self.mix);
+        named.is_none_or(|(_, mutation)| mutation.never_applies(scene.effects()).is_none())
+    }
+}
+
 /// All cases: the methods, the full mix, and every mutation with a little of one that reaches every path.
 pub fn cases() -> Vec<Case> {
     let plain = |method| Case { method, mix: String::new(), mutations: Settings::default().mlt.mutations };
@@ -82,8 +90,8 @@ fn settings(case: &Case, reference: &Reference, work: &Work, options: &VerifyOpt
         Method::Bidirectional => work.bidirectional,
         Method::Mlt => work.mlt,
         // A mutation of these is a whole sample.
-        Method::Pssmlt => 0.5 * work.mlt,
-        Method::Mmlt => work.mlt,
+        Method::Pssmlt => 0.25 * work.mlt,
+        Method::Mmlt => 0.5 * work.mlt,
     };
     let mut settings = Settings {
         method: case.method,
@@ -137,7 +145,7 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
         let view = Settings { size: (width, height), ..Settings::default() }.view(camera);
         let scene = Scene::new(asset.description, &view).map_err(|e| CliError::Said(format!("{name}: {e}")))?;
         let scene = Arc::new(scene);
-        for case in &cases {
+        for case in cases.iter().filter(|case| case.applies(&scene)) {
             let start = std::time::Instant::now();
             let look = |looks: usize| -> Result<ReplicaTest, CliError> {
                 let work = options.budget.work();

@@ -16,7 +16,7 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let (s, c) = (if odd { cos } else { sin }, if odd { sin } else { cos });
     // The signs of the quarters, moved to the place of a double's sign.
     let sign = |x: f64, negative: i32| f64::from_bits(x.to_bits() ^ (negative as u64 & 1) << 63);
-    (sign(s, quarter >> 1), sign(c, quarter + 1 >> 1))
+    (sign(s, quarter >> 1), sign(c, (quarter + 1) >> 1))
 }
 
 /// (-1)^n / (2n+1)! for n = 1 ..= 8: the series of sin(x)/x less its first term. The first term left out is below 2e-18.

@@ -79,7 +79,7 @@ fn pdf_of_step(from: Wavelength, to: Wavelength) -> f64 {
     let step = from.distance(to);
     if step == 0.0 {
         KEEP
-    } else if step >= SMALLEST * (1.0 - SLACK) && step <= LARGEST * (1.0 + SLACK) {
+    } else if (SMALLEST * (1.0 - SLACK)..=LARGEST * (1.0 + SLACK)).contains(&step) {
         (1.0 - KEEP) / (2.0 * step * (LARGEST / SMALLEST).ln())
     } else {
         0.0

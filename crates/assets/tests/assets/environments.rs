@@ -13,26 +13,26 @@ struct File(PathBuf);
 impl File {
     fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("ergodic-environments-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::create_dir_all(&folder).expect("a writable temporary folder");
         Self(folder.join(name))
     }
 
     fn of(name: &str, bytes: &[u8]) -> Self {
         let file = Self::new(name);
-        std::fs::write(&file.0, bytes).unwrap();
+        std::fs::write(&file.0, bytes).expect("a writable temporary folder");
         file
     }
 
     fn exr(name: &str, width: usize, height: usize, texel: impl Fn(usize, usize) -> [f32; 3] + Sync) -> Self {
         let file = Self::new(name);
-        write_rgb_file(&file.0, width, height, |x, y| texel(x, y).into()).unwrap();
+        write_rgb_file(&file.0, width, height, |x, y| texel(x, y).into()).expect("a writable temporary folder");
         file
     }
 }
 
 impl Drop for File {
     fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(self.0.parent().unwrap());
+        let _ = self.0.parent().map(std::fs::remove_dir_all);
     }
 }
 

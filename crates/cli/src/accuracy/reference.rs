@@ -1,6 +1,6 @@
 //! What replicas are compared with: a picture given, or one made for the purpose, and its own error.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use ergodic_assess::{Image, RELATIVE_EPSILON, Reference, read_image};
@@ -72,7 +72,7 @@ impl Known {
     fn made(
         scene: &Arc<Scene>,
         settings: &Settings,
-        path: &PathBuf,
+        path: &Path,
         limit: f64,
         progress: &Progress,
     ) -> Result<Self, CliError> {

@@ -17,7 +17,7 @@ use crate::sampling::Estimator;
 use crate::streams::{Purpose, stream};
 
 /// Samples that the shares of the lengths come from.
-const PILOT: u64 = 16_384;
+const PILOT: u64 = 4096;
 
 /// A length has at least this share of what it would have if all were alike, so that none that carries light is lost.
 const FLOOR: f64 = 0.1;

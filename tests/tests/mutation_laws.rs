@@ -249,7 +249,12 @@ fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor
 pub(crate) type LnFactorOfPaths = dyn Fn(&Path, &Path, (usize, Splice)) -> f64;
 
 /// The largest |t| of a mixture whose density is wrong by a factor, given by its logarithm.
-pub(crate) fn drift_of(space: &PathSpace, members: Vec<AnyMutation>, samples: usize, ln_factor: &LnFactor) -> f64 {
+pub(crate) fn drift_of(
+    space: &PathSpace,
+    members: Vec<AnyMutation>,
+    samples: usize,
+    ln_factor: &LnFactorOfPaths,
+) -> f64 {
     let factor = |from: &Path, to: &Path, plan| ln_factor(from, to, plan).exp();
     let (law, _) = &drifts(space, &[Scaled { mutation: mixture(members), factor }], samples, 29)[0];
     let z = law.verdict(ALPHA).max_t;

@@ -246,7 +246,7 @@ fn fault_drift(scene: &str, members: Vec<AnyMutation>, samples: usize, ln_factor
 }
 
 /// The logarithm of a wrong factor.
-pub(crate) type LnFactorOfPaths = dyn Fn(&Path, &Path, (usize, Splice)) -> f64;
+pub(crate) type LnFactorOfPaths<'a> = dyn Fn(&Path, &Path, (usize, Splice)) -> f64 + 'a;
 
 /// The largest |t| of a mixture whose density is wrong by a factor, given by its logarithm.
 pub(crate) fn drift_of(

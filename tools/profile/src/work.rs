@@ -48,8 +48,11 @@ impl Work {
         let scene = Scene::new(asset.description, &settings.view(camera));
         let scene = Arc::new(scene.map_err(|e| format!("{}: {e}", file.display()))?);
         let lengths = Lengths { min_edges: MIN_EDGES, max_edges: settings.max_edges };
-        let mixture = Mixture::new(settings.mlt.mutations.clone()).map_err(|e| e.to_string())?;
-        let names: Vec<_> = settings.mlt.mutations.iter().map(|(_, mutation)| mutation.name()).collect();
+        // As a render has it: without what can never apply.
+        let applies = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(scene.effects()).is_none();
+        let members: Vec<_> = settings.mlt.mutations.iter().filter(applies).copied().collect();
+        let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
+        let mixture = Mixture::new(members).map_err(|e| e.to_string())?;
 
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 500_000 };

@@ -22,6 +22,7 @@ pub(crate) enum Emitter {
 /// Emitters chosen with probability proportional to their power, in time that does not depend on their number.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lights {
+    /// Those with any power.
     emitters: Vec<Emitter>,
     choice: AliasTable,
     /// Probability of each emitter.
@@ -55,7 +56,10 @@ impl Lights {
             lights.emitters.push(Emitter::Environment);
             powers.push(power);
         }
-        lights.choice = AliasTable::new(&powers);
+        // What has no power is left out, so that the same numbers choose the same lights whether or not it is there.
+        let lit: Vec<usize> = (0..powers.len()).filter(|&i| powers[i] != 0.0).collect();
+        lights.choice = AliasTable::new(&lit.iter().map(|&i| powers[i]).collect::<Vec<_>>());
+        lights.emitters = lit.iter().map(|&i| lights.emitters[i]).collect();
         lights.probability = powers.iter().map(|power| power / lights.choice.total()).collect();
         lights
     }

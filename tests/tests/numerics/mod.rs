@@ -83,7 +83,9 @@ fn check(
         let samples = match method {
             Method::Path => path,
             Method::Bidirectional => bidirectional,
-            Method::Mlt | Method::Pssmlt | Method::Mmlt => mutations,
+            Method::Mlt | Method::Pssmlt => mutations,
+            // A mutation is one path by one strategy, weighted: cheap, and of little weight.
+            Method::Mmlt => 10.0 * mutations,
         };
         if samples == 0.0 {
             continue;

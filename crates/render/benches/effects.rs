@@ -69,8 +69,7 @@ struct Work {
 impl Work {
     fn new(scene: &Arc<Scene>, settings: &Settings) -> Self {
         let lengths = Lengths { min_edges: 3, max_edges: settings.max_edges };
-        let applies = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(scene.effects()).is_none();
-        let members: Vec<_> = settings.mlt.mutations.iter().filter(applies).copied().collect();
+        let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 100_000 };

@@ -49,7 +49,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_metropolis::{Mixture, MixtureError, Mutation};
-use ergodic_mutations::{AnyMutation, Rejection, Splice};
+use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Path, PathSpace, Scene};
 use thiserror::Error;
 
@@ -155,8 +155,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
                 Ok(independent(scene, &estimator, settings, Purpose::Bidirectional, observer))
             }
             Method::Mlt => {
-                let applies = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(scene.effects()).is_none();
-                let mutations: Vec<_> = settings.mlt.mutations.iter().filter(applies).copied().collect();
+                let mutations = settings.mlt.mutations_for(scene.effects());
                 let names = mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
                 let mixture = Mixture::new(mutations)?;
                 metropolis(scene, settings, &mixture, &names, start, observer)

@@ -32,10 +32,7 @@ pub fn render_replicas(
     observer: &dyn Observer,
 ) -> Result<Vec<Rendering>, RenderError> {
     settings.validate().map_err(RenderError::Settings)?;
-    let threads = match settings.threads {
-        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        threads => threads,
-    };
+    let threads = settings.worker_threads();
     let next = AtomicUsize::new(0);
     let finished = AtomicUsize::new(0);
     let one = |index: usize| -> Result<Option<Rendering>, RenderError> {

@@ -1,7 +1,7 @@
 //! What a render is asked to do. Everything here is read from RON.
 
 use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{CameraDescription, Forced, Lengths, Projection, Roulette, View};
+use ergodic_pathspace::{CameraDescription, Effects, Forced, Lengths, Projection, Roulette, View};
 use ergodic_scattering::{Lens, Medium, Rgb};
 use serde::{Deserialize, Serialize};
 
@@ -422,6 +422,14 @@ impl Settings {
         View { camera, width: self.size.0, height: self.size.1, margin, crop: self.crop }
     }
 
+    /// Number of worker threads, one a core if the setting is 0.
+    pub fn worker_threads(&self) -> usize {
+        match self.threads {
+            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            threads => threads,
+        }
+    }
+
     /// Width and height in pixels of the picture that is rendered: of the window, if there is one.
     pub fn film_size(&self) -> (u32, u32) {
         self.crop
@@ -516,6 +524,11 @@ impl PrimarySettings {
 }
 
 impl MltSettings {
+    /// The mixture without the mutations that can change no path of a scene with these effects.
+    pub fn mutations_for(&self, effects: Effects) -> Vec<(f64, AnyMutation)> {
+        self.mutations.iter().filter(|(_, mutation)| mutation.never_applies(effects).is_none()).copied().collect()
+    }
+
     fn validate(&self) -> Result<(), String> {
         if !(1..=1 << 20).contains(&self.chains) {
             return Err(format!("mlt.chains is {}; it must be from 1 to {}", self.chains, 1 << 20));

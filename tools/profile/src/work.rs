@@ -49,8 +49,7 @@ impl Work {
         let scene = Arc::new(scene.map_err(|e| format!("{}: {e}", file.display()))?);
         let lengths = Lengths { min_edges: MIN_EDGES, max_edges: settings.max_edges };
         // As a render has it: without what can never apply.
-        let applies = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(scene.effects()).is_none();
-        let members: Vec<_> = settings.mlt.mutations.iter().filter(applies).copied().collect();
+        let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
         let mixture = Mixture::new(members).map_err(|e| e.to_string())?;
 

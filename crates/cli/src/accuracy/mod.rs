@@ -51,10 +51,7 @@ pub fn run(options: &AccuracyOptions) -> Result<bool, CliError> {
         stem.push(".accuracy");
         PathBuf::from(stem)
     });
-    let threads = match settings.threads {
-        0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-        threads => threads,
-    };
+    let threads = settings.worker_threads();
     let entrants = plan::entrants(options)?;
     let start = Instant::now();
     let unwatched = |e: std::io::Error| CliError::Said(format!("cannot watch for interruptions: {e}"));

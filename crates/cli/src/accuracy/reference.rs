@@ -79,10 +79,7 @@ impl Known {
         if path.exists() {
             return Self::read(path);
         }
-        let threads = match settings.threads {
-            0 => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
-            threads => threads,
-        };
+        let threads = settings.worker_threads();
         let seconds = limit * SHARE * threads.min(REPLICAS) as f64 / REPLICAS as f64;
         let settings = Settings {
             method: Method::Bidirectional,

@@ -4,6 +4,9 @@
 //! half extent lies in [1/2, 1). Lights and absorption are scaled with it, so that the picture does not depend on the
 //! file's units.
 
+mod emitters;
+mod making;
+
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
@@ -25,6 +28,8 @@ use crate::{
     CameraDescription, Census, Coverage, Edge, Effect, Effects, Kind, Placement, Projection, SceneDescription,
     SceneError, Vertex,
 };
+
+use making::{ball_around, camera, draw_solids_in, eye_vertex, position_of, scaled_light, triangle_power};
 
 /// The name, to a [`RandomSource`], of the choices that belong to neither walk (see [`crate::End`]).
 const CHOICES: usize = 2;
@@ -605,103 +610,6 @@ impl Scene {
         self.world.visible(&vertex.anchor(), &Anchor { position: self.film_point(vertex), normal: DVec3::ZERO })
     }
 
-    /// A point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
-    #[inline]
-    pub fn sample_emitter(&self, wavelength: Wavelength, rng: &mut impl RandomSource) -> Vertex {
-        match self.lights.choose(rng) {
-            Emitter::Punctual(index) => self.punctual_vertex(index),
-            Emitter::Environment => match &self.environment {
-                Some(environment) => {
-                    let w = environment.sample([rng.uniform(), rng.uniform(), rng.uniform()]);
-                    self.environment_vertex(-w, environment.radiance(w))
-                }
-                None => unreachable!("an environment was chosen where there is none"),
-            },
-            Emitter::Triangle { instance, triangle } => {
-                let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
-                let mut vertex = self.vertex_at(&Hit { instance, triangle, u, v, t: 0.0 }, wavelength);
-                if !self.media.is_empty() {
-                    vertex.medium = self.media.around(&self.world, vertex.position, Some(instance));
-                }
-                vertex
-            }
-        }
-    }
-
-    /// Area density of a light vertex; density per solid angle of the environment; the probability of the light for one without
-    /// extent; 0 where nothing emits.
-    #[inline]
-    pub fn emitter_pdf_area(&self, vertex: &Vertex) -> f64 {
-        match vertex.kind {
-            Kind::Surface if vertex.emits() => self.lights.triangle_pdf_area(vertex.emitter),
-            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
-            Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual_probability(index),
-            Kind::Environment => self.environment_pdf(vertex.emission),
-        }
-    }
-
-    /// Emitted radiance (surface, environment), radiant intensity (point light) or irradiance (distant light) in direction `w`.
-    #[inline]
-    pub fn emitted(&self, vertex: &Vertex, w: DVec3) -> Rgb {
-        match vertex.kind {
-            Kind::Surface if vertex.emits() => {
-                let radiance = emission::emitted(vertex.emission, self.double_sided(vertex), vertex.interaction.ng, w);
-                radiance * vertex.interaction.emission_factor(w)
-            }
-            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => Rgb::ZERO,
-            Kind::PointLight(index) | Kind::DistantLight(index) => self.lights.punctual[index as usize].emitted(w),
-            Kind::Environment => vertex.emission,
-        }
-    }
-
-    /// Density per solid angle of a direction of the environment from which `radiance` comes, its choice among lights included.
-    fn environment_pdf(&self, radiance: Rgb) -> f64 {
-        let pdf = self.environment.as_ref().map_or(0.0, |environment| environment.pdf_solid_angle(radiance));
-        self.lights.environment_probability() * pdf
-    }
-
-    fn double_sided(&self, vertex: &Vertex) -> bool {
-        self.materials[vertex.material as usize].double_sided
-    }
-
-    /// Solid-angle density of the emitted direction `w`; for a distant light and the environment, whose direction is known
-    /// already, the area density on their disk, which is perpendicular to it and as large as the scene's bounding sphere.
-    #[inline]
-    pub fn emission_pdf(&self, vertex: &Vertex, w: DVec3) -> f64 {
-        match vertex.kind {
-            Kind::Surface if vertex.emits() => {
-                emission::pdf_direction(self.double_sided(vertex), vertex.interaction.ng, w)
-            }
-            Kind::Surface | Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => 0.0,
-            Kind::PointLight(index) => self.lights.punctual[index as usize].pdf_direction(w),
-            Kind::DistantLight(_) | Kind::Environment => 1.0 / (std::f64::consts::PI * self.radius * self.radius),
-        }
-    }
-
-    /// The next vertex of a light subpath that starts at `light`, with density [`Self::emission_pdf`].
-    #[inline]
-    pub fn sample_emission(
-        &self,
-        light: &Vertex,
-        wavelength: Wavelength,
-        rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
-        let u = [rng.uniform(), rng.uniform()];
-        let w = match light.kind {
-            Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
-            Kind::PointLight(index) => self.lights.punctual[index as usize].sample_direction(u),
-            Kind::DistantLight(_) | Kind::Environment => {
-                let direction = light.interaction.ng;
-                let frame = ergodic_geometry::Frame::from_normal(direction);
-                let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
-                let through = frame.t * x + frame.b * y + self.centre();
-                return self.fly_parallel(direction, through, wavelength, rng);
-            }
-            Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
-        };
-        self.trace(light, w, wavelength, rng)
-    }
-
     /// The first point of a surface that light from infinitely far away meets on the line along `direction` through `point`.
     #[inline]
     pub fn trace_parallel(
@@ -734,146 +642,4 @@ impl Scene {
 #[inline]
 pub(crate) fn bounds_towards(vertex: &Vertex, w: DVec3) -> bool {
     vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
-}
-
-/// Draws the meshes of refracting solids in; `offset` is how far off surfaces rays start in the scene's own space.
-fn draw_solids_in(
-    meshes: &mut [Mesh],
-    placements: &[Placement],
-    instances: &[Instance],
-    materials: &[Material],
-    offset: f64,
-) {
-    // A plane with unit normal n that moves by d moves by d / |M^-T n| in the world.
-    let mut maps: BTreeMap<u32, Vec<DMat3>> = BTreeMap::new();
-    for (_, instance) in placements.iter().zip(instances).filter(|(p, _)| materials[p.material].is_solid()) {
-        let map = instance.transform.matrix3.inverse().transpose();
-        if map.is_finite() {
-            maps.entry(instance.mesh).or_default().push(map);
-        }
-    }
-    for (rank, (mesh, maps)) in maps.into_iter().enumerate() {
-        let by = drawn_in(rank) * offset;
-        let distance = |n: DVec3| maps.iter().map(|map| (*map * n).length()).fold(0.0, f64::max) * by;
-        draw_in(&mut meshes[mesh as usize], distance);
-    }
-}
-
-/// The camera of a view in the scene's own space.
-fn camera(view: &View, to_scene: &DAffine3, scale: f64) -> Camera {
-    let mut transform = *to_scene * rigid(&view.camera.transform);
-    let (width, height, margin) = (view.width, view.height, view.margin);
-    let camera = match view.camera.projection {
-        Projection::Perspective { vertical_fov, lens } => {
-            let pinhole = Camera::new(transform, vertical_fov, width, height, margin);
-            lens.map_or(pinhole, |lens| {
-                let (radius, focus_distance) = (lens.radius * scale, lens.focus_distance * scale);
-                pinhole.with_lens(Lens { radius, focus_distance, ..lens })
-            })
-        }
-        Projection::Orthographic { height: tall, near } => {
-            transform.translation -= transform.matrix3.z_axis * near;
-            Camera::orthographic(transform, tall * scale, width, height, margin)
-        }
-    };
-    match view.crop {
-        None => camera,
-        Some((left, top, right, bottom)) => {
-            let corner = |x: u32, y: u32| DVec2::new(f64::from(x), f64::from(y));
-            camera.cropped(corner(left, top), corner(right, bottom))
-        }
-    }
-}
-
-/// A camera's end of a path; of a lens its middle.
-fn eye_vertex(camera: &Camera, free_space: Interaction, medium: u32) -> Vertex {
-    let (kind, position, ng) = match camera.optics() {
-        Optics::Pinhole => (Kind::Camera, camera.position(), free_space.ng),
-        Optics::Lens { .. } => (Kind::Aperture, camera.position(), camera.forward()),
-        Optics::Orthographic => (Kind::DistantCamera, DVec3::ZERO, camera.forward()),
-    };
-    let (component, interaction) = (Component::Rough, Interaction { ng, ..free_space });
-    let medium = if kind == Kind::DistantCamera { AIR } else { medium };
-    Vertex {
-        kind,
-        component,
-        coverage: Coverage::WHOLE,
-        emitter: NO_EMITTER,
-        material: 0,
-        medium,
-        position,
-        interaction,
-        emission: Rgb::ZERO,
-    }
-}
-
-/// The rotation and translation of a transform, without scale.
-fn rigid(transform: &DAffine3) -> DAffine3 {
-    let m = transform.matrix3;
-    let z = m.z_axis.normalize_or(DVec3::Z);
-    let y = m.y_axis.reject_from_normalized(z).normalize_or(z.any_orthonormal_vector());
-    let matrix3 = DMat3::from_cols(y.cross(z), y, z);
-    DAffine3 { matrix3, translation: transform.translation }
-}
-
-/// A light in the scene's own space: intensity grows with the square of the scale, irradiance stays.
-fn scaled_light(light: &PunctualLight, to_scene: &DAffine3, scale: f64) -> PunctualLight {
-    let mut light = *light;
-    match &mut light {
-        PunctualLight::Point { position, intensity } | PunctualLight::Spot { position, intensity, .. } => {
-            *position = to_scene.transform_point3(*position);
-            *intensity *= scale * scale;
-        }
-        PunctualLight::Directional { .. } => {}
-    }
-    light
-}
-
-/// Where a light is, unless it is infinitely far away.
-fn position_of(light: &PunctualLight) -> Option<DVec3> {
-    match light {
-        PunctualLight::Directional { .. } => None,
-        PunctualLight::Point { position, .. } | PunctualLight::Spot { position, .. } => Some(*position),
-    }
-}
-
-/// Radius of a ball that holds the one of `radius` and these points, clear of its surface.
-fn ball_around(centre: DVec3, radius: f64, points: impl Iterator<Item = DVec3>) -> f64 {
-    points.map(|point| point.distance(centre)).fold(radius, f64::max) * (1.0 + 1e-6)
-}
-
-/// Number of points at which a textured emitter's radiance is averaged to weigh its triangles.
-const POWER_SAMPLES: usize = 16;
-
-/// A textured triangle weighs at least this share of its untextured power, so that no bright spot between the averaged
-/// points has density 0.
-const POWER_FLOOR: f64 = 0.05;
-
-/// Area of an emissive triangle and the luminous power that weighs it. Degenerate triangles have power 0.
-fn triangle_power(
-    world: &World,
-    textures: &[Texture],
-    material: &Material,
-    instance: u32,
-    triangle: u32,
-) -> (f64, f64) {
-    let [a, b, c] = world.triangle(instance, triangle);
-    let area = (b - a).cross(c - a).length() * 0.5;
-    let full = luminance(material.emission);
-    let radiance = if material.emission_varies() {
-        let sum: f64 = (0..POWER_SAMPLES)
-            .map(|i| {
-                let (u, v) = warp::uniform_triangle([
-                    (i as f64 + 0.5) / POWER_SAMPLES as f64,
-                    (0.5 + i as f64 * 0.618_033_988_749_895).fract(),
-                ]);
-                luminance(material.emitted(textures, &world.surface_at(instance, triangle, u, v)))
-            })
-            .sum();
-        (sum / POWER_SAMPLES as f64).max(POWER_FLOOR * full)
-    } else {
-        full
-    };
-    let faces = if material.double_sided { 2.0 } else { 1.0 };
-    (area, std::f64::consts::PI * radiance * area * faces)
 }

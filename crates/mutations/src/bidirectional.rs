@@ -181,12 +181,14 @@ impl Bidirectional {
         let scene = &*space.scene;
         for i in first..first + count {
             if i == 0 {
-                y.vertices[0] = scene.sample_emitter(y.wavelength, rng);
+                scene.sample_emitter(y.wavelength, &mut y.vertices[0], rng);
                 continue;
             }
             if i == 1 {
-                let met = scene.sample_emission(&y.vertices[0], y.wavelength, rng);
-                y.vertices[1] = met.ok_or(Rejection::Escaped)?;
+                let [light, met, ..] = &mut y.vertices[..] else { return Err(Rejection::Escaped) };
+                if !scene.sample_emission(light, y.wavelength, met, rng) {
+                    return Err(Rejection::Escaped);
+                }
                 y.derive_edges(scene, 0, 1);
             } else {
                 let before = &mut y.vertices[i - 1];
@@ -339,15 +341,15 @@ impl Bidirectional {
     /// With l and e the densities from either side, sum = Σ_s Π_{i<s} l_i Π_{i>=s} e_i over the splits that exist, in one
     /// pass from the light: multiplying what is there by e_i, then adding the split after i.
     fn sum_over_splits(scene: &Scene, path: &Path, prefix: usize, new_end: usize) -> Density {
-        let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
+        let vertices = &path.vertices[..];
         let mut power = 0;
         let mut from_light = 1.0;
         let mut sum = if density::strategy_exists(vertices, prefix) { 1.0 } else { 0.0 };
         for i in prefix..new_end {
             if sum != 0.0 {
-                sum *= density::pdf_area_from_eye(scene, vertices, edges, i);
+                sum *= density::pdf_area_from_eye(scene, path, i);
             }
-            from_light *= density::pdf_area_from_light(scene, vertices, edges, i);
+            from_light *= density::pdf_area_from_light(scene, path, i);
             if density::strategy_exists(vertices, i + 1) {
                 sum += from_light;
             }

@@ -105,12 +105,15 @@ impl Mutation for Caustic {
         let in_range = if x.vertices[start].is_distant() {
             let (frame, shift) = (Frame::from_normal(direction), range.displace(rng));
             let through = x.vertices[1].position + frame.t * shift.x + frame.b * shift.y;
+            let (wavelength, met) = (y.wavelength, &mut y.vertices[1]);
             let found = if x.vertices[1].is_in_medium() {
-                scene.place_from_afar(direction, through, perturb_length(length(scene, x, 0), rng), rng)
+                scene.place_from_afar(direction, through, perturb_length(length(scene, x, 0), rng), met, rng)
             } else {
-                scene.trace_parallel(direction, through, y.wavelength, rng)
+                scene.trace_parallel(direction, through, wavelength, met, rng)
             };
-            y.vertices[1] = found.ok_or(Rejection::Escaped)?;
+            if !found {
+                return Err(Rejection::Escaped);
+            }
             y.derive_edges(scene, 0, 1);
             Self::pdf_of_move(&range, x, y, start) > 0.0
         } else {

@@ -33,16 +33,17 @@ impl EyeSide {
         let camera = scene.camera();
         let k = x.length();
         let image_point = x.raster.ok_or(Rejection::OffFilm)? + self.image.displace(rng);
-        let sight = camera.sight(x.vertices[k].position, image_point);
-        if camera.raster(&sight).is_none() {
+        if !camera.in_domain(image_point) {
             return Err(Rejection::OffFilm);
         }
+        let sight = camera.sight(x.vertices[k].position, image_point);
         let mut w = sight.direction;
         let plan = Splice { prefix: start, suffix: 1 };
         y.begin(x, start, k - start, 1);
         y.wavelength = wavelength::perturb(scene, x, plan, rng);
+        let film = scene.start_on_film(&x.vertices[k], &sight);
         for i in (start..k).rev() {
-            let sight_start = (i + 1 == k).then(|| scene.start_of_sight(&x.vertices[k], &sight));
+            let sight_start = film.as_ref().filter(|_| i + 1 == k);
             retrace(scene, x, y, (i + 1, i), sight_start, w, rng)?;
             if i + 1 < k && x.vertices[i + 1].component == Component::Rough {
                 let turn = self.turn.as_ref().ok_or(Rejection::WrongComponent)?;
@@ -95,10 +96,7 @@ impl EyeSide {
         // Raster area per solid angle, or per area of an orthographic film: the responsivity is that over the image's area, and of
         // a lens over its aperture (see Camera).
         let camera = space.scene.camera();
-        density.multiply(to.scattering[k].x * camera.image_area_pixels());
-        if let Some(factor) = camera.aperture_factor(-to.edges[k - 1].direction) {
-            density.multiply(factor);
-        }
+        density.multiply(camera.raster_per_measure_at(to.scattering[k].x, -to.edges[k - 1].direction));
         let plan = Splice { prefix: start, suffix: 1 };
         density.multiply(wavelength::pdf_of_perturbation(&space.scene, from, to, plan));
         for i in (start..k).rev() {

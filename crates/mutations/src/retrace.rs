@@ -47,14 +47,14 @@ pub(crate) fn retrace(
     x: &Path,
     y: &mut Path,
     (from, to): (usize, usize),
-    start: Option<Vertex>,
+    start: Option<&Vertex>,
     w: glam::DVec3,
     rng: &mut impl RandomSource,
 ) -> Result<(), Rejection> {
     let first = from.min(to);
     let [low, high] = &mut y.vertices[first..first + 2] else { return Err(Rejection::Escaped) };
     let (neighbour, end) = if from < to { (low, high) } else { (high, low) };
-    let start = start.as_ref().unwrap_or(neighbour);
+    let start = start.unwrap_or(neighbour);
     if x.vertices[to].is_in_medium() {
         let length = perturb_length(length(scene, x, first), rng);
         if !scene.place_in_medium(start, w, length, end, rng) {

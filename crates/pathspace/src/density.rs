@@ -5,14 +5,15 @@
 //!
 //! What is called area density here is one per volume for points of media.
 
-use crate::{Edge, Path, Scene, Vertex};
+use crate::{Path, Scene, Vertex};
 
 /// Area density of vertex `i` sampled from the light side, given vertices i-1 and i-2. The emitter density for i = 0, which for
 /// the environment is one of its direction per solid angle.
 ///
 /// 0 for the camera, which nothing can hit.
 #[inline]
-pub fn pdf_area_from_light(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i: usize) -> f64 {
+pub fn pdf_area_from_light(scene: &Scene, path: &Path, i: usize) -> f64 {
+    let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
     let vertex = &vertices[i];
     if i == 0 {
         return scene.emitter_pdf_area(vertex);
@@ -33,15 +34,17 @@ pub fn pdf_area_from_light(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i
 /// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2; per solid angle for the environment. For the
 /// camera's own vertex that on its lens, or 1 (a Dirac) without one; 0 for lights that cannot be hit.
 #[inline]
-pub fn pdf_area_from_eye(scene: &Scene, vertices: &[Vertex], edges: &[Edge], i: usize) -> f64 {
-    let k = vertices.len() - 1;
+pub fn pdf_area_from_eye(scene: &Scene, path: &Path, i: usize) -> f64 {
+    let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
+    let k = path.length();
     if i == k {
         return scene.eye_pdf_area(&vertices[k]);
     }
     let edge = &edges[i];
     let after = &vertices[i + 1];
     let directional = if i + 1 == k {
-        scene.camera().pdf_sight(&edge.sight(&vertices[i], after))
+        // What the camera turns light into is its responsivity, from which that density follows.
+        scene.camera().pdf_sight_at(path.scattering[k].x, -edge.direction)
     } else {
         after.interaction.pdf(edges[i + 1].direction, -edge.direction, after.component)
     };
@@ -71,8 +74,8 @@ pub fn ln_strategy_densities(scene: &Scene, path: &Path) -> Vec<f64> {
             if !strategy_exists(&path.vertices, s) {
                 return f64::NEG_INFINITY;
             }
-            let from_light: f64 = (0..s).map(|i| pdf_area_from_light(scene, &path.vertices, &path.edges, i).ln()).sum();
-            let from_eye: f64 = (s..=k).map(|i| pdf_area_from_eye(scene, &path.vertices, &path.edges, i).ln()).sum();
+            let from_light: f64 = (0..s).map(|i| pdf_area_from_light(scene, path, i).ln()).sum();
+            let from_eye: f64 = (s..=k).map(|i| pdf_area_from_eye(scene, path, i).ln()).sum();
             from_light + from_eye
         })
         .collect()

@@ -206,21 +206,28 @@ impl Scene {
         true
     }
 
-    /// What light from infinitely far away meets on the line along `direction` through `point`: a point of the medium outside all
-    /// solids, or of a surface.
+    /// Makes `to` what light from infinitely far away meets on the line along `direction` through `point`: a point of the medium outside
+    /// all solids, or of a surface; false if that is nothing.
     pub(crate) fn fly_parallel(
         &self,
         direction: DVec3,
         point: DVec3,
         wavelength: Wavelength,
+        to: &mut Vertex,
         rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    ) -> bool {
         if !self.scatters() {
-            return self.trace_parallel(direction, point, wavelength, rng);
+            return self.trace_parallel(direction, point, wavelength, to, rng);
         }
         let length = self.flight(AIR, rng);
         let way = self.way_from_afar(direction, point, rng);
-        self.point_on_way(&way, length, AIR).or_else(|| way.hit.map(|hit| self.vertex_at(&hit, wavelength)))
+        if let Some(met) = self.point_on_way(&way, length, AIR) {
+            *to = met;
+            return true;
+        }
+        let Some(hit) = way.hit else { return false };
+        self.place(&hit, wavelength, to);
+        true
     }
 
     /// Makes `to` the point of a medium that a flight of `length` from `from` in direction `w` ends in; false if no medium that
@@ -238,16 +245,17 @@ impl Scene {
         self.point_on_way(&way, length, index).map(|point| *to = point).is_some()
     }
 
-    /// The point of the medium outside all solids that light from infinitely far away reaches after `length` in it, on the line along
-    /// `direction` through `point`.
+    /// Makes `to` the point of the medium outside all solids that light from infinitely far away reaches after `length` in it, on the
+    /// line along `direction` through `point`; false if it does not reach so far.
     pub fn place_from_afar(
         &self,
         direction: DVec3,
         point: DVec3,
         length: f64,
+        to: &mut Vertex,
         rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    ) -> bool {
         let way = self.way_from_afar(direction, point, rng);
-        self.point_on_way(&way, length, AIR)
+        self.point_on_way(&way, length, AIR).map(|point| *to = point).is_some()
     }
 }

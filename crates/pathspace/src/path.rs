@@ -112,9 +112,11 @@ impl Path {
         };
         // The lists begin at the light, so the eye end stays where it is only if the length does.
         let back = if self.vertices.len() == length { back } else { 0 };
-        self.vertices.resize(length, x.vertices[0]);
-        self.edges.resize(length - 1, x.edges[0]);
-        self.scattering.resize(length, Rgb::ZERO);
+        if self.vertices.len() != length {
+            self.vertices.resize(length, x.vertices[0]);
+            self.edges.resize(length - 1, x.edges[0]);
+            self.scattering.resize(length, Rgb::ZERO);
+        }
 
         copy_ends(&x.vertices, &mut self.vertices, (front, prefix), (back, suffix));
         // Of n vertices in common there are n - 1 edges, and n - 1 whose scattering is in common too.

@@ -279,14 +279,8 @@ impl Scene {
     /// The point of the surface that was hit, as if met in air.
     #[inline]
     pub fn vertex(&self, hit: &Hit) -> Vertex {
-        self.vertex_at(hit, Wavelength::NONE)
-    }
-
-    /// The same for light of a wavelength.
-    #[inline]
-    pub(crate) fn vertex_at(&self, hit: &Hit, wavelength: Wavelength) -> Vertex {
         let mut vertex = self.camera_vertex();
-        self.place(hit, wavelength, &mut vertex);
+        self.place(hit, Wavelength::NONE, &mut vertex);
         vertex
     }
 
@@ -528,17 +522,21 @@ impl Scene {
         }
     }
 
-    /// The first point of a surface that light from infinitely far away meets on the line along `direction` through `point`.
+    /// Makes `to` the first point of a surface that light from infinitely far away meets on the line along `direction` through `point`;
+    /// false if there is none.
     #[inline]
     pub fn trace_parallel(
         &self,
         direction: DVec3,
         point: DVec3,
         wavelength: Wavelength,
+        to: &mut Vertex,
         rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    ) -> bool {
         count_ray();
-        self.meet(&self.ray_from_afar(direction, point), rng).map(|hit| self.vertex_at(&hit, wavelength))
+        let Some(hit) = self.meet(&self.ray_from_afar(direction, point), rng) else { return false };
+        self.place(&hit, wavelength, to);
+        true
     }
 
     /// The ray of light from infinitely far away on the line along `direction` through `point`.

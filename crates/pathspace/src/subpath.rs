@@ -137,7 +137,8 @@ impl Subpath {
                 (vertex, pdf)
             }
             End::Light => {
-                let vertex = scene.sample_emitter(self.wavelength, rng);
+                let mut vertex = scene.camera_vertex();
+                scene.sample_emitter(self.wavelength, &mut vertex, rng);
                 let pdf = scene.emitter_pdf_area(&vertex);
                 (vertex, pdf)
             }
@@ -187,7 +188,10 @@ impl Subpath {
         let start = &self.vertices[0];
         match self.end {
             End::Light => {
-                let next = scene.sample_emission(start, self.wavelength, rng)?;
+                let mut next = *start;
+                if !scene.sample_emission(start, self.wavelength, &mut next, rng) {
+                    return None;
+                }
                 let edge = self.edge(scene, start, &next);
                 let pdf = scene.emission_pdf(start, edge.direction);
                 Some((next, edge, pdf, scene.emitted(start, edge.direction)))

@@ -47,7 +47,8 @@ fn next_event(
     continues: f64,
     rng: &mut impl RandomSource,
 ) -> Rgb {
-    let light = scene.sample_emitter(wavelength, rng);
+    let mut light = scene.camera_vertex();
+    scene.sample_emitter(wavelength, &mut light, rng);
     let edge = Edge::new(scene, &light, vertex);
     let w_light = -edge.direction;
     let scattering = vertex.interaction.eval(w_light, w_eye, Component::Rough);

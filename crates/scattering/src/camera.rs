@@ -30,6 +30,10 @@ pub struct Camera {
     size: DVec2,
     /// Width and height of the image on the plane at unit distance; of an orthographic one, on its film.
     extent: DVec2,
+    /// Pixels per unit of length there.
+    density: DVec2,
+    /// W_e on the axis of a pinhole, the share of the image per area there.
+    on_axis: f64,
     /// The middle of the image there, right and down of the axis.
     middle: DVec2,
     margin: f64,
@@ -83,7 +87,26 @@ impl Camera {
         let size = DVec2::new(f64::from(width), f64::from(height));
         let extent = DVec2::new(tall * size.x / size.y, tall);
         let (position, up) = (transform.translation, right.cross(forward));
-        Self { position, right, up, forward, size, extent, middle: DVec2::ZERO, margin, optics: Optics::Pinhole }
+        let (density, on_axis) = (DVec2::ZERO, 0.0);
+        let camera = Self {
+            position,
+            right,
+            up,
+            forward,
+            size,
+            extent,
+            density,
+            on_axis,
+            middle: DVec2::ZERO,
+            margin,
+            optics: Optics::Pinhole,
+        };
+        camera.of_extent(size, extent)
+    }
+
+    /// The same camera with an image of this size in pixels and on the plane at unit distance.
+    fn of_extent(self, size: DVec2, extent: DVec2) -> Self {
+        Self { size, extent, density: size / extent, on_axis: 1.0 / (extent.x * extent.y), ..self }
     }
 
     /// The same pinhole camera with a lens.
@@ -99,7 +122,7 @@ impl Camera {
         let size = high - low;
         let extent = self.extent * size / self.size;
         let middle = self.middle + (0.5 * (low + high) / self.size - 0.5) * self.extent;
-        Self { size, extent, middle, ..self }
+        Self { middle, ..self }.of_extent(size, extent)
     }
 
     /// The pinhole, or the middle of the lens or of the film.
@@ -243,10 +266,14 @@ impl Camera {
                 in_front.then(|| DVec2::new(offset.dot(self.right), -offset.dot(self.up)))?
             }
         };
-        let raster = ((plane - self.middle) / self.extent + 0.5) * self.size;
-        let low = DVec2::splat(-self.margin);
-        let high = self.size + self.margin;
-        (raster.cmpge(low).all() && raster.cmple(high).all()).then_some(raster)
+        let raster = (plane - self.middle) * self.density + 0.5 * self.size;
+        self.in_domain(raster).then_some(raster)
+    }
+
+    /// Whether a raster position lies in the raster domain.
+    #[inline]
+    pub fn in_domain(&self, raster: DVec2) -> bool {
+        raster.cmpge(DVec2::splat(-self.margin)).all() && raster.cmple(self.size + self.margin).all()
     }
 
     /// Where a direction meets the plane at unit distance; `None` if it points backward.
@@ -268,9 +295,9 @@ impl Camera {
         let raster = self.raster(sight)?;
         let cos = sight.direction.dot(self.forward);
         let responsivity = match self.optics {
-            Optics::Pinhole => 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y),
-            Optics::Lens { area, .. } => 1.0 / (cos * cos * cos) / (self.extent.x * self.extent.y) / (area * cos),
-            Optics::Orthographic => 1.0 / (self.extent.x * self.extent.y),
+            Optics::Pinhole => self.on_axis / (cos * cos * cos),
+            Optics::Lens { area, .. } => self.on_axis / (cos * cos * cos) / (area * cos),
+            Optics::Orthographic => self.on_axis,
         };
         Some((raster, responsivity))
     }
@@ -295,15 +322,27 @@ impl Camera {
     /// film.
     #[inline]
     pub fn raster_per_measure(&self, sight: &Sight) -> f64 {
-        let per_measure = self.responsivity(sight) * (self.size.x * self.size.y);
-        self.aperture_factor(sight.direction).map_or(per_measure, |factor| per_measure * factor)
+        self.raster_per_measure_at(self.responsivity(sight), sight.direction)
+    }
+
+    /// The same where W_e of the line of sight is known already.
+    #[inline]
+    pub fn raster_per_measure_at(&self, responsivity: f64, direction: DVec3) -> f64 {
+        let per_measure = responsivity * (self.size.x * self.size.y);
+        self.aperture_factor(direction).map_or(per_measure, |factor| per_measure * factor)
     }
 
     /// Density in 1/sr, or per area of an orthographic film, of a line of sight through [`Self::sample_raster`], given the camera's
     /// vertex.
     #[inline]
     pub fn pdf_sight(&self, sight: &Sight) -> f64 {
-        self.raster_per_measure(sight) / self.domain_area()
+        self.pdf_sight_at(self.responsivity(sight), sight.direction)
+    }
+
+    /// The same where W_e of the line of sight is known already.
+    #[inline]
+    pub fn pdf_sight_at(&self, responsivity: f64, direction: DVec3) -> f64 {
+        self.raster_per_measure_at(responsivity, direction) / self.domain_area()
     }
 
     /// What a line of sight so drawn from a vertex so drawn weighs: W_e times the cosine at a lens, over both densities.

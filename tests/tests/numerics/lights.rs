@@ -118,7 +118,8 @@ fn lights_without_extent_are_not_seen_themselves() {
         let seen = means(&scene, &settings(Method::Path, &(1..=3), 256.0));
         assert!(seen[0].mean.x > 0.0);
         check(name, &scene, 1..=3, [0.0, 64.0, 192.0], &seen, 0.02);
-        let light = scene.sample_emitter(Wavelength::NONE, &mut stream(1, Purpose::Chain, 0));
+        let mut light = scene.camera_vertex();
+        scene.sample_emitter(Wavelength::NONE, &mut light, &mut stream(1, Purpose::Chain, 0));
         let direct = Path::of(&scene, vec![light, scene.camera_vertex()]);
         assert_eq!(contribution(&direct).rgb, Rgb::ZERO, "{name}");
     }

@@ -3,25 +3,24 @@
 use super::*;
 
 impl Scene {
-    /// A point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
+    /// Makes `light` a point on a light or a direction of the environment, with density [`Self::emitter_pdf_area`].
     #[inline]
-    pub fn sample_emitter(&self, wavelength: Wavelength, rng: &mut impl RandomSource) -> Vertex {
+    pub fn sample_emitter(&self, wavelength: Wavelength, light: &mut Vertex, rng: &mut impl RandomSource) {
         match self.lights.choose(rng) {
-            Emitter::Punctual(index) => self.punctual_vertex(index),
+            Emitter::Punctual(index) => *light = self.punctual_vertex(index),
             Emitter::Environment => match &self.environment {
                 Some(environment) => {
                     let w = environment.sample([rng.uniform(), rng.uniform(), rng.uniform()]);
-                    self.environment_vertex(-w, environment.radiance(w))
+                    *light = self.environment_vertex(-w, environment.radiance(w));
                 }
                 None => unreachable!("an environment was chosen where there is none"),
             },
             Emitter::Triangle { instance, triangle } => {
                 let (u, v) = warp::uniform_triangle([rng.uniform(), rng.uniform()]);
-                let mut vertex = self.vertex_at(&Hit { instance, triangle, u, v, t: 0.0 }, wavelength);
+                self.place(&Hit { instance, triangle, u, v, t: 0.0 }, wavelength, light);
                 if !self.media.is_empty() {
-                    vertex.medium = self.media.around(&self.world, vertex.position, Some(instance));
+                    light.medium = self.media.around(&self.world, light.position, Some(instance));
                 }
-                vertex
             }
         }
     }
@@ -76,14 +75,16 @@ impl Scene {
         }
     }
 
-    /// The next vertex of a light subpath that starts at `light`, with density [`Self::emission_pdf`].
+    /// Makes `to` the next vertex of a light subpath that starts at `light`, with density [`Self::emission_pdf`]; false if there is
+    /// none.
     #[inline]
     pub fn sample_emission(
         &self,
         light: &Vertex,
         wavelength: Wavelength,
+        to: &mut Vertex,
         rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    ) -> bool {
         let u = [rng.uniform(), rng.uniform()];
         let w = match light.kind {
             Kind::Surface => emission::sample_direction(self.double_sided(light), light.interaction.ng, u),
@@ -93,10 +94,10 @@ impl Scene {
                 let frame = ergodic_geometry::Frame::from_normal(direction);
                 let DVec2 { x, y } = warp::concentric_disk(u) * self.radius;
                 let through = frame.t * x + frame.b * y + self.centre();
-                return self.fly_parallel(direction, through, wavelength, rng);
+                return self.fly_parallel(direction, through, wavelength, to, rng);
             }
-            Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return None,
+            Kind::Volume | Kind::Camera | Kind::Aperture | Kind::DistantCamera => return false,
         };
-        self.trace(light, w, wavelength, rng)
+        self.fly_to(light, w, wavelength, to, rng)
     }
 }

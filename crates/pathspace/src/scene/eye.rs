@@ -30,10 +30,11 @@ impl Scene {
         if vertex.is_eye() { self.camera.pdf_aperture() } else { 0.0 }
     }
 
-    /// The vertex from which a line of sight of the camera starts, whose own vertex is `eye`: on the film of an orthographic camera.
+    /// The vertex from which a line of sight of an orthographic camera starts: on its film. `None` for other cameras, whose own vertex
+    /// `eye` it is.
     #[inline]
-    pub fn start_of_sight(&self, eye: &Vertex, sight: &Sight) -> Vertex {
-        if eye.kind == Kind::DistantCamera { self.on_film(sight.eye) } else { *eye }
+    pub fn start_on_film(&self, eye: &Vertex, sight: &Sight) -> Option<Vertex> {
+        (eye.kind == Kind::DistantCamera).then(|| self.on_film(sight.eye))
     }
 
     /// Makes `to` what [`Self::fly_to`] finds on a line of sight of the camera, whose vertex is `eye`; false if there is nothing.

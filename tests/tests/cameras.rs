@@ -106,7 +106,9 @@ fn single_strategies_agree_per_length() {
 fn methods_agree() {
     for (camera, make) in CAMERAS {
         // Path tracing rarely finds light behind glass.
-        for (scene, method, samples) in [("cornell", Method::Path, 48.0), ("glass", Method::Mlt, 75.0)] {
+        for (scene, method, samples) in
+            [("cornell", Method::Path, nightly(24.0, 48.0)), ("glass", Method::Mlt, nightly(40.0, 150.0))]
+        {
             let space = make(scene, LENGTHS);
             let of = |method, samples| {
                 let mut settings =
@@ -115,7 +117,7 @@ fn methods_agree() {
                 settings.mlt.seeding.max_samples = 100_000;
                 rendering::replicate(&space.scene, &settings, rendering::REPLICAS)
             };
-            let t = rendering::disagreement(&of(Method::Bidirectional, 12.0), &of(method, samples));
+            let t = rendering::disagreement(&of(Method::Bidirectional, nightly(6.0, 12.0)), &of(method, samples));
             println!("{scene} by {camera}: {method:?} against bidirectional, max |t| {t:.1}");
             assert!(t < rendering::LIMIT, "{scene} by {camera}, {method:?}: {t}");
         }

@@ -231,9 +231,9 @@ const AGREES: f64 = 6.5;
 
 #[test]
 fn all_methods_make_the_same_picture_of_a_scene_that_disperses() {
-    let reference = of_room(DISPERSION, Method::Bidirectional, 400.0, 12);
+    let reference = of_room(DISPERSION, Method::Bidirectional, 160.0, 12);
     for (method, samples) in
-        [(Method::Path, 400.0), (Method::Mlt, 4000.0), (Method::Pssmlt, 600.0), (Method::Mmlt, 1500.0)]
+        [(Method::Path, 160.0), (Method::Mlt, 1600.0), (Method::Pssmlt, 240.0), (Method::Mmlt, 600.0)]
     {
         let found = of_room(DISPERSION, method, samples, 12);
         let z = apart(&reference, &found);
@@ -254,7 +254,7 @@ fn without_dispersion_the_picture_is_that_of_rgb() {
     let (rgb, spectral) = (view_of(dispersive_room(0.0), (SIDE, SIDE)), view_of(dispersive_room(1e-12), (SIDE, SIDE)));
     assert!(!rgb.disperses() && spectral.disperses());
     assert!(rgb.sample_wavelength(&mut stream(1, Purpose::Chain, 0)).is_none());
-    for (method, samples) in [(Method::Bidirectional, 400.0), (Method::Mlt, 4000.0)] {
+    for (method, samples) in [(Method::Bidirectional, 160.0), (Method::Mlt, 1600.0)] {
         let a = of_room(0.0, method, samples, 12);
         let b = of_room(1e-12, method, samples, 12);
         let z = apart(&a, &b);

@@ -24,6 +24,29 @@ pub struct Density {
 /// Mantissas are renormalised beyond this; a product of two is still far inside the range of f64.
 const LIMIT: f64 = 1e120;
 
+/// Running products of plain numbers are brought back beyond this, far inside the range of f64.
+const RUNNING: f64 = 1e100;
+
+/// For running products kept as plain numbers, of which `size` is the largest: `(2^-n, n)` with which to multiply them, and which to add
+/// to their common exponent, where they have left the range in which further factors are safe. Nothing is rounded by it. `None` within
+/// the range, and for 0 and what is no number, which no factor would bring back.
+///
+/// ```
+/// use ergodic_metropolis::renormalisation;
+///
+/// assert_eq!(renormalisation(1e-30), None);
+/// let (factor, power) = renormalisation(1e200).unwrap();
+/// assert!((1.0..2.0).contains(&(1e200 * factor)) && factor == f64::powi(0.5, power as i32));
+/// ```
+#[inline]
+pub fn renormalisation(size: f64) -> Option<(f64, i64)> {
+    if (1.0 / RUNNING..=RUNNING).contains(&size) || !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let power = size.log2().floor().clamp(-1000.0, 1000.0);
+    Some(((-power).exp2(), power as i64))
+}
+
 /// Logarithms up to this size are plain numbers.
 const PLAIN_LN: f64 = 250.0;
 

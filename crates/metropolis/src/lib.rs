@@ -15,7 +15,7 @@ mod mutation;
 mod random;
 
 pub use chain::{Chain, Fault, Step, acceptance};
-pub use density::Density;
+pub use density::{Density, renormalisation};
 pub use mixture::{Mixture, MixtureError, NotProposed};
 pub use mutation::{Mutation, Target};
 pub use random::{RandomSource, Replay};

@@ -5,7 +5,7 @@
 //! `suffix` = k + 1 - m. A pinhole or an orthographic camera is always kept: sampling it again would give the same vertex. A lens
 //! may be deleted, m = k + 1, and a new point of it is sampled.
 
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, Mutation, RandomSource, renormalisation};
 use ergodic_pathspace::{Path, PathSpace, Scene, density};
 use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
@@ -17,9 +17,6 @@ use crate::{PathMutation, Rejection, Splice, wavelength};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Bidirectional {}
-
-/// Running products are renormalised beyond this, far inside the range of f64.
-const RENORMALISE: f64 = 1e100;
 
 /// The greatest change of length in one mutation.
 const MAX_CHANGE: usize = 8;
@@ -353,13 +350,10 @@ impl Bidirectional {
             if density::strategy_exists(vertices, i + 1) {
                 sum += from_light;
             }
-            let size = from_light.max(sum);
-            if !(1.0 / RENORMALISE..=RENORMALISE).contains(&size) && size > 0.0 && size.is_finite() {
-                // A power of two, so that nothing is rounded.
-                let by = size.log2().floor().clamp(-1000.0, 1000.0);
-                from_light *= (-by).exp2();
-                sum *= (-by).exp2();
-                power += by as i64;
+            if let Some((factor, by)) = renormalisation(from_light.max(sum)) {
+                from_light *= factor;
+                sum *= factor;
+                power += by;
             }
         }
         Density::new(sum).scaled(power)

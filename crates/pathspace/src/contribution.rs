@@ -1,7 +1,7 @@
 //! The measurement contribution f of a complete path (Veach 8.3), one formula whichever end the path was built from.
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_metropolis::Density;
+use ergodic_metropolis::{Density, renormalisation};
 use ergodic_scattering::{Rgb, luminance};
 
 use crate::Path;
@@ -34,9 +34,6 @@ impl Contribution {
     }
 }
 
-/// Running products are renormalised when they leave this range, far inside that of f64.
-const RENORMALISE: f64 = 1e100;
-
 /// f(x) = R(λ) Le(x₀→x₁) G(x₀,x₁) Π fs(x_{i-1}→x_i→x_{i+1}) G(x_i,x_{i+1}) · We(x_{k-1}→x_k), visibility taken as given: the product of
 /// what the path has in [`Path::scattering`] and [`Path::edges`]. R is [`Path::response`], 1 for paths without dispersive interfaces.
 #[inline]
@@ -51,14 +48,12 @@ pub fn contribution(path: &Path) -> Contribution {
     for (scattering, edge) in path.scattering[..k].iter().zip(&path.edges) {
         rgb *= *scattering * edge.transmittance * edge.geometry;
         let size = rgb.max_element();
-        if !(1.0 / RENORMALISE..=RENORMALISE).contains(&size) {
-            if size <= 0.0 || !size.is_finite() {
-                break;
-            }
-            // A power of two, so that nothing is rounded.
-            let power = size.log2().floor().clamp(-1000.0, 1000.0);
-            rgb *= (-power).exp2();
-            exponent += power as i64;
+        if !(size > 0.0 && size.is_finite()) {
+            break;
+        }
+        if let Some((factor, power)) = renormalisation(size) {
+            rgb *= factor;
+            exponent += power;
         }
     }
     Contribution { rgb, exponent }

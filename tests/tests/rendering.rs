@@ -215,7 +215,8 @@ pub(crate) fn check_methods(name: &str, scene: &Arc<Scene>) {
 
 fn check_chains(name: &str, scene: &Arc<Scene>) {
     let size = (32, 32);
-    for (min_edges, max_edges) in [(1, 8), (2, 2), (3, 3), (4, 4), (5, 5), (6, 6)] {
+    let single = nightly(&[2, 3, 5][..], &[2, 3, 4, 5, 6]);
+    for (min_edges, max_edges) in std::iter::once((1, 8)).chain(single.iter().map(|edges| (*edges, *edges))) {
         let lengths = |mut s: Settings| {
             s.min_edges = min_edges;
             s.max_edges = max_edges;

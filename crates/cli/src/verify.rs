@@ -90,7 +90,7 @@ fn settings(case: &Case, reference: &Reference, work: &Work, options: &VerifyOpt
         Method::Bidirectional => work.bidirectional,
         Method::Mlt => work.mlt,
         // A mutation of these is a whole sample.
-        Method::Pssmlt => 0.25 * work.mlt,
+        Method::Pssmlt => 0.125 * work.mlt,
         Method::Mmlt => 0.5 * work.mlt,
     };
     let mut settings = Settings {

@@ -4,10 +4,10 @@ use gltf::json::{Root, buffer};
 
 use crate::error::{Flaw, Trouble};
 use crate::warnings::Warnings;
-use crate::{material, material_layers, variants, volume_scatter};
+use crate::{image_based_light, material, material_layers, variants, volume_scatter};
 
 /// Extensions whose meaning reaches the picture.
-const UNDERSTOOD: [&str; 26] = [
+const UNDERSTOOD: [&str; 27] = [
     DRACO,
     MESHOPT[0],
     MESHOPT[1],
@@ -30,6 +30,7 @@ const UNDERSTOOD: [&str; 26] = [
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
+    image_based_light::NAME,
     "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     // These do not change how a still picture looks.
@@ -74,9 +75,8 @@ pub(crate) fn note_ignored(root: &Root, warnings: &mut Warnings) {
     for name in &root.extensions_used {
         let consequence = match name.as_str() {
             known if UNDERSTOOD.contains(&known) => continue,
-            "EXT_lights_image_based" | "EXT_lights_ies" | "KHR_environment_map" => {
-                "is not supported: give a latitude-longitude map by --environment"
-            }
+            "KHR_environment_map" => "is not supported: give a latitude-longitude map by --environment",
+            "EXT_lights_ies" => "is not supported: its lights shine as if the extension were not there",
             "KHR_animation_pointer" => "is not supported: the scene is shown at rest",
             _ => "is not supported and has no effect",
         };

@@ -102,17 +102,23 @@ fn is_visible(node: &Node) -> bool {
     extension.and_then(|e| e.get("visible")?.as_bool()).unwrap_or(true)
 }
 
-/// The nodes to start from: those of the default scene, else of the first, else all that have no parent.
-fn roots(document: &Document) -> Result<Vec<(usize, String)>, Flaw> {
+/// The scene that is shown: the default one, else the first; `None` if the file has none.
+pub(crate) fn shown(document: &Document) -> Result<Option<usize>, Flaw> {
     let root = &document.root;
-    let index = match root.scene {
+    match root.scene {
         Some(index) => {
             get(&root.scenes, index, "scenes", "scene")?;
-            Some(index.value())
+            Ok(Some(index.value()))
         }
-        None if root.scenes.is_empty() => None,
-        None => Some(0),
-    };
+        None if root.scenes.is_empty() => Ok(None),
+        None => Ok(Some(0)),
+    }
+}
+
+/// The nodes to start from: those of the scene that is shown, else all that have no parent.
+fn roots(document: &Document) -> Result<Vec<(usize, String)>, Flaw> {
+    let root = &document.root;
+    let index = shown(document)?;
     if let Some(index) = index {
         let nodes = root.scenes[index].nodes.iter().enumerate();
         return Ok(nodes.map(|(i, node)| (node.value(), format!("scenes[{index}].nodes[{i}]"))).collect());

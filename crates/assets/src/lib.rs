@@ -22,6 +22,7 @@ mod environment;
 mod error;
 mod extensions;
 mod hierarchy;
+mod image_based_light;
 mod library;
 mod limits;
 mod material;
@@ -105,6 +106,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Resu
     let chosen = variants::choose(&variants, variant)?;
     let mut library = Library::new(&document, chosen);
     let world = hierarchy::place(&document, &mut library, &mut warnings)?;
+    let environment = image_based_light::read(&document, &mut warnings)?;
     let summary = Summary {
         version: root.asset.version.clone(),
         generator: root.asset.generator.clone(),
@@ -121,7 +123,7 @@ fn build(bytes: &[u8], folder: Option<&Path>, name: &str, variant: &str) -> Resu
         materials: library.materials,
         textures: library.textures.textures,
         lights: world.lights,
-        environment: None,
+        environment,
         medium: Medium::VACUUM,
         cameras: world.cameras.into_iter().map(|c| c.description).collect(),
     };

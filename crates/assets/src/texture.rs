@@ -1,5 +1,6 @@
 //! Decodes images, once for each way they are read, and makes textures of them.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::sync::Arc;
@@ -113,17 +114,7 @@ impl Textures {
             return Ok(known.clone());
         }
         let place = format!("images[{source}]");
-        let image = &document.root.images[source];
-        let read;
-        let bytes = match (&image.uri, image.buffer_view) {
-            (Some(uri), _) => {
-                read = uri::resolve(uri, document.folder.as_deref(), &format!("{place}.uri"))?;
-                &read[..]
-            }
-            (None, Some(view)) => document.view(view, &format!("{place}.bufferView"))?,
-            (None, None) => return Err(Flaw::malformed(place, "has neither a uri nor a bufferView")),
-        };
-        let picture = decode(bytes, encoding, &place)?;
+        let picture = decode(&image_bytes(document, source, &place)?, encoding, &place)?;
         self.bytes += picture.texels.bytes();
         if self.bytes > limits::ALL_IMAGE_BYTES {
             let problem = format!("is where the textures exceed {} bytes", limits::ALL_IMAGE_BYTES);
@@ -154,7 +145,27 @@ fn source(document: &Document, texture: &json::Texture, place: &str) -> Result<u
     if index < count { Ok(index) } else { Err(Flaw::dangling(format!("{place}.source"), "images", index, count)) }
 }
 
-fn decode(bytes: &[u8], encoding: Encoding, place: &str) -> Result<Picture, Flaw> {
+/// The bytes of an image that there is.
+fn image_bytes<'a>(document: &'a Document, source: usize, place: &str) -> Result<Cow<'a, [u8]>, Flaw> {
+    let image = &document.root.images[source];
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => uri::resolve(uri, document.folder.as_deref(), &format!("{place}.uri")).map(Cow::Owned),
+        (None, Some(view)) => document.view(view, &format!("{place}.bufferView")).map(Cow::Borrowed),
+        (None, None) => Err(Flaw::malformed(place, "has neither a uri nor a bufferView")),
+    }
+}
+
+/// Decodes an image that a structure at `user` refers to by its index.
+pub(crate) fn image(document: &Document, index: usize, user: &str) -> Result<DynamicImage, Flaw> {
+    let count = document.root.images.len();
+    if index >= count {
+        return Err(Flaw::dangling(user, "images", index, count));
+    }
+    let place = format!("images[{index}]");
+    pixels(&image_bytes(document, index, &place)?, &place)
+}
+
+fn pixels(bytes: &[u8], place: &str) -> Result<DynamicImage, Flaw> {
     let mend = "Store the image as PNG, JPEG or WebP";
     let broken = |e: image::ImageError| {
         let trouble = if matches!(e, image::ImageError::Limits(_)) { Trouble::TooLarge } else { Trouble::Malformed };
@@ -170,10 +181,15 @@ fn decode(bytes: &[u8], encoding: Encoding, place: &str) -> Result<Picture, Flaw
     bounds.max_alloc = Some(limits::IMAGE_BYTES);
     reader.limits(bounds);
     let image = reader.decode().map_err(broken)?;
-    let (width, height) = (image.width(), image.height());
-    if width == 0 || height == 0 {
+    if image.width() == 0 || image.height() == 0 {
         return Err(Flaw::malformed(place, "has no pixels"));
     }
+    Ok(image)
+}
+
+fn decode(bytes: &[u8], encoding: Encoding, place: &str) -> Result<Picture, Flaw> {
+    let image = pixels(bytes, place)?;
+    let (width, height) = (image.width(), image.height());
     let texels = match (&image, encoding) {
         (
             DynamicImage::ImageLuma16(_)

@@ -102,6 +102,24 @@ mod tests {
         assert_eq!(parse(TEMPLATE).unwrap_or_else(|e| panic!("{e}")), Settings::default());
     }
 
+    /// What the template gives as examples of settings that are None by default can be set so.
+    #[test]
+    fn the_examples_of_the_template_are_values() {
+        let comments: String = TEMPLATE.lines().map(|line| line.trim().trim_start_matches("//")).collect();
+        let examples = [
+            ("medium", "(scattering: (0.1, 0.1, 0.1), absorption: (0.0, 0.0, 0.0), anisotropy: 0.0)"),
+            ("lens", "(radius: 0.02, focus_distance: 1.5, blades: 6, rotation: 0.0)"),
+            ("environment", "Constant(1.0, 1.0, 1.0)"),
+            ("environment", "Map(file: \"sky.hdr\", rotation: 0.0, strength: 1.0)"),
+        ];
+        for (setting, example) in examples {
+            assert!(comments.contains(example), "the template no longer says {example}");
+            let changed =
+                set(&Settings::default(), &format!("{setting}={example}")).unwrap_or_else(|e| panic!("{e:?}"));
+            assert_ne!(changed, Settings::default());
+        }
+    }
+
     #[test]
     fn the_template_explains_every_setting() {
         // Every field that the default has, written out, is a line of the template.

@@ -98,7 +98,15 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
         return Err(CliError::Said(text));
     }
     let Asset { mut description, file, .. } = asset;
-    description.environment = environment;
+    if let Some(environment) = environment {
+        if description.environment.is_some() {
+            say(&format!(
+                "note: the environment is the one of the settings, not that of {name} (EXT_lights_image_based); leave it \
+                 out to see the file's own"
+            ));
+        }
+        description.environment = Some(environment);
+    }
     description.medium = settings.medium.map_or(Medium::VACUUM, |medium| medium.medium());
     let mut view = settings.view(camera);
     let plan = description.plan(&mut view.camera, &settings.effects);

@@ -451,3 +451,38 @@ fn an_environment_lights_a_scene_that_has_no_light() {
     let told = text(&folder.run(&["inspect", "unlit.gltf", "--environment", "skies/even.hdr"]).stdout);
     assert!(told.contains("environment, 8 x 4 texels") && told.contains("mean [1.0000, 1.0000, 1.0000]"), "{told}");
 }
+
+/// The same triangle under a cube of six white pixels.
+fn self_lit() -> String {
+    let white = "data:image/png;base64,\
+                 iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR42mP4//8/AAX+Av4zEpUUAAAAAElFTkSuQmCC";
+    let light = r#"{"intensity": 1, "specularImageSize": 1, "specularImages": [[0, 0, 0, 0, 0, 0]]}"#;
+    let used = format!(
+        r#""extensionsUsed": ["EXT_lights_image_based"], "images": [{{"uri": "{white}"}}],
+           "extensions": {{"EXT_lights_image_based": {{"lights": [{light}]}}}}, "scenes": [{{
+           "extensions": {{"EXT_lights_image_based": {{"light": 0}}}}, "#
+    );
+    UNLIT.replace(r#""scenes": [{"#, &used)
+}
+
+#[test]
+fn an_environment_of_the_settings_goes_before_that_of_the_file() {
+    let folder = Folder::new("own-environment");
+    folder.write("self-lit.gltf", &self_lit());
+    let render = |stem: &str, set: &[&str]| {
+        let mut all = vec!["render", "self-lit.gltf", "-o", stem];
+        all.extend(QUICK);
+        all.extend(set);
+        let output = folder.run(&all);
+        let said = text(&output.stderr);
+        assert!(output.status.success() && !said.contains("warning"), "{said}");
+        let mean = read_image(&folder.0.join(format!("{stem}.exr"))).expect("the picture is there").mean()[1];
+        (mean, format!("{said}{}", text(&output.stdout)).contains("that of self-lit.gltf (EXT_lights_image_based)"))
+    };
+    let (own, said) = render("own", &[]);
+    assert!((0.5..1.01).contains(&own) && !said, "{own}");
+    let (given, said) = render("given", &["--set", "environment=Constant(4, 4, 4)"]);
+    assert!((given / own - 4.0).abs() < 0.1 && said, "{given} {own}");
+    let told = text(&folder.run(&["inspect", "self-lit.gltf"]).stdout);
+    assert!(told.contains("environment, 4 x 2 texels") && told.contains("mean [1.0000, 1.0000, 1.0000]"), "{told}");
+}

@@ -56,7 +56,7 @@ impl Environment {
         if texels.is_empty() || texels.len() != 3 * width * height {
             return None;
         }
-        let rows: Vec<f64> = (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).cos()).collect();
+        let rows = row_centres(height);
         let (sin, cos) = rotation.to_radians().sin_cos();
         let mut environment = Self {
             width,
@@ -81,6 +81,40 @@ impl Environment {
         environment.blocks = AliasTable::new(&weights);
         environment.total = environment.blocks.total() * strength;
         Some(environment)
+    }
+
+    /// The nearest to the radiance that `radiance` tells of unit directions: each texel is its mean over the texel's tent, by
+    /// `side` times `side` points that stand for equal shares of it. The tents of all texels add up to 1 everywhere, so that the mean
+    /// over all directions is kept, but for the error of the points. `None` if the width or height is 0.
+    pub fn resampled(width: u32, height: u32, side: u32, radiance: impl Fn(DVec3) -> Rgb) -> Option<Self> {
+        let rows = row_centres(height as usize);
+        let shares = || (0..side).map(|k| (f64::from(k) + 0.5) / f64::from(side));
+        let mut texels = Vec::with_capacity(3 * width as usize * height as usize);
+        for row in 0..rows.len() {
+            for column in 0..width as usize {
+                let mut sum = Rgb::ZERO;
+                for y in shares().map(|u| tent_y(&rows, row, u)) {
+                    sum +=
+                        shares().map(|u| radiance(direction(y, tent_azimuth(width as usize, column, u)))).sum::<Rgb>();
+                }
+                texels.extend((sum / f64::from(side * side)).as_vec3().to_array());
+            }
+        }
+        Self::map(width, height, texels, 1.0, 0.0)
+    }
+
+    /// Multiplies the strengths of red, green and blue.
+    #[must_use]
+    pub fn tinted(&self, factor: Rgb) -> Self {
+        let factor = factor * self.strength;
+        let texels = self
+            .texels
+            .chunks_exact(3)
+            .flat_map(|t| (DVec3::new(t[0].into(), t[1].into(), t[2].into()) * factor).as_vec3().to_array());
+        let mut tinted = Self::map(self.width as u32, self.height as u32, texels.collect(), 1.0, 0.0)
+            .unwrap_or_else(|| unreachable!("the number of texels is the same"));
+        tinted.turn = self.turn;
+        tinted
     }
 
     /// The same radiance from every direction.
@@ -131,13 +165,9 @@ impl Environment {
         block * BLOCK..(block * BLOCK + BLOCK).min(self.width)
     }
 
-    /// The integral in y of a row's tent above and below its centre. At the poles it is flat, elsewhere it falls to 0.
     #[inline]
     fn halves(&self, row: usize) -> (f64, f64) {
-        let y = self.rows[row];
-        let above = if row == 0 { 1.0 - y } else { 0.5 * (self.rows[row - 1] - y) };
-        let below = if row + 1 == self.height { y + 1.0 } else { 0.5 * (y - self.rows[row + 1]) };
-        (above, below)
+        halves(&self.rows, row)
     }
 
     /// Radiance that arrives from the unit direction `w`, which points away from the scene.
@@ -192,23 +222,57 @@ impl Environment {
             }
         }
 
-        let (above, below) = self.halves(row);
-        let along = u[1] * (above + below);
-        let centre = self.rows[row];
-        // Distance from the centre, in the density that falls from 1 to 0 over the half of the tent.
-        let falling = |u: f64| (1.0 - (1.0 - u).max(0.0).sqrt()).min(1.0 - RIM);
-        let y = match (along < above, row == 0, row + 1 == self.height) {
-            (true, true, _) => centre + along,
-            (true, false, _) => centre + 2.0 * above * falling(along / above),
-            (false, _, true) => centre - (along - above),
-            (false, _, false) => centre - 2.0 * below * falling((along - above) / below),
-        };
-        let y = y.clamp(-1.0, 1.0);
-        let side = if u[2] < 0.5 { falling(2.0 * u[2]) } else { -falling(2.0 * u[2] - 1.0) };
-        let phi = ((column as f64 + 0.5 + side) / self.width as f64 - 0.5) * TAU;
-        let radius = ((1.0 - y) * (1.0 + y)).sqrt();
-        let (x, z) = (radius * phi.cos(), radius * phi.sin());
+        let y = tent_y(&self.rows, row, u[1]);
+        let turned = direction(y, tent_azimuth(self.width, column, u[2]));
         let (sin, cos) = self.turn;
-        DVec3::new(cos * x + sin * z, y, cos * z - sin * x).normalize()
+        DVec3::new(cos * turned.x + sin * turned.z, y, cos * turned.z - sin * turned.x).normalize()
     }
+}
+
+/// y of the centres of the rows of a map, falling.
+fn row_centres(height: usize) -> Vec<f64> {
+    (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).cos()).collect()
+}
+
+/// The integral in y of a row's tent above and below its centre. At the poles it is flat, elsewhere it falls to 0.
+#[inline]
+fn halves(rows: &[f64], row: usize) -> (f64, f64) {
+    let y = rows[row];
+    let above = if row == 0 { 1.0 - y } else { 0.5 * (rows[row - 1] - y) };
+    let below = if row + 1 == rows.len() { y + 1.0 } else { 0.5 * (y - rows[row + 1]) };
+    (above, below)
+}
+
+/// Distance from the centre, in the density that falls from 1 to 0 over the half of a tent.
+#[inline]
+fn falling(u: f64) -> f64 {
+    (1.0 - (1.0 - u).max(0.0).sqrt()).min(1.0 - RIM)
+}
+
+/// The y of a point of a row's tent: uniform `u` give the tent's own density. Each half is counted from the centre outwards.
+#[inline]
+fn tent_y(rows: &[f64], row: usize, u: f64) -> f64 {
+    let (above, below) = halves(rows, row);
+    let along = u * (above + below);
+    let centre = rows[row];
+    let y = match (along < above, row == 0, row + 1 == rows.len()) {
+        (true, true, _) => centre + along,
+        (true, false, _) => centre + 2.0 * above * falling(along / above),
+        (false, _, true) => centre - (along - above),
+        (false, _, false) => centre - 2.0 * below * falling((along - above) / below),
+    };
+    y.clamp(-1.0, 1.0)
+}
+
+/// The azimuth of a point of a column's tent, likewise.
+#[inline]
+fn tent_azimuth(width: usize, column: usize, u: f64) -> f64 {
+    let side = if u < 0.5 { falling(2.0 * u) } else { -falling(2.0 * u - 1.0) };
+    ((column as f64 + 0.5 + side) / width as f64 - 0.5) * TAU
+}
+
+#[inline]
+fn direction(y: f64, azimuth: f64) -> DVec3 {
+    let radius = ((1.0 - y) * (1.0 + y)).sqrt();
+    DVec3::new(radius * azimuth.cos(), y, radius * azimuth.sin())
 }

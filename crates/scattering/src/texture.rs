@@ -46,6 +46,11 @@ static SRGB: LazyLock<[f64; 256]> = LazyLock::new(|| {
     })
 });
 
+/// A byte of sRGB as a linear number from 0 to 1.
+pub fn srgb_to_linear(byte: u8) -> f64 {
+    SRGB[usize::from(byte)]
+}
+
 impl Texels {
     /// How many there are.
     pub fn len(&self) -> usize {

@@ -9,13 +9,14 @@ use ergodic_assess::{Exposure, Image, to_srgb8, write_srgb8};
 use ergodic_assets::{Asset, load};
 use ergodic_pathspace::{CameraDescription, Scene};
 use ergodic_render::{Budget, Method, Observer, Settings, Stage, render};
-use ergodic_scattering::{PunctualLight, Rgb};
+use ergodic_scattering::{Environment, PunctualLight, Rgb};
 use glam::DVec3;
 
 use crate::sheet::{Face, Sheet, Tile};
 
 pub const USAGE: &str = "\
 Usage: cargo xtask contact-sheet PATH... [--out FILE.png] [--size WxH] [--columns N] [--samples N] [--seconds S] [--lamps]
+                                   [--studio]
 
 Renders every .glb and .gltf file below the paths by path tracing, with its first camera or one that frames it, and puts the
 pictures into one. A file that cannot be rendered gets a tile that says why.
@@ -27,6 +28,7 @@ pictures into one. A file that cannot be rendered gets a tile that says why.
   --seconds S      longest time for a tile (20)
   --lamps          light files that have no point, spot or directional lights, and no camera or no emitting surface, by two
                    directional lights from beside the camera
+  --studio         light the same files by a bright sky with three soft lamps in it, which mirrors and metals show
 ";
 
 /// What to make.
@@ -39,6 +41,7 @@ struct Options {
     samples: f64,
     seconds: f64,
     lamps: bool,
+    studio: bool,
 }
 
 impl Options {
@@ -51,11 +54,16 @@ impl Options {
             samples: 64.0,
             seconds: 20.0,
             lamps: false,
+            studio: false,
         };
         let mut rest = arguments.iter();
         while let Some(argument) = rest.next() {
-            if argument == "--lamps" {
-                options.lamps = true;
+            match argument.as_str() {
+                "--lamps" => options.lamps = true,
+                "--studio" => options.studio = true,
+                _ => {}
+            }
+            if argument == "--lamps" || argument == "--studio" {
                 continue;
             }
             if !argument.starts_with("--") {
@@ -172,8 +180,12 @@ fn picture(file: &Path, options: &Options) -> Result<(Vec<u8>, usize), String> {
     };
     let aspect = f64::from(options.size.0) / f64::from(options.size.1);
     let (camera, framed) = asset.camera("", aspect).map_err(|_| "nothing to see")?;
-    if options.lamps && wants_lamps(&asset, framed) {
+    let unlit = wants_lamps(&asset, framed);
+    if options.lamps && unlit {
         asset.description.lights.extend(lamps(&camera));
+    }
+    if options.studio && unlit {
+        asset.description.environment = Environment::resampled(128, 64, 4, |w| studio(&camera, w));
     }
     let warnings = asset.warnings.len();
     let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
@@ -190,7 +202,23 @@ fn wants_lamps(asset: &Asset, framed: bool) -> bool {
     let description = &asset.description;
     let emits = |material: usize| description.materials[material].emission.max_element() > 0.0;
     let emits = description.placements.iter().any(|placement| emits(placement.material));
-    description.lights.is_empty() && (framed || !emits)
+    description.lights.is_empty() && description.environment.is_none() && (framed || !emits)
+}
+
+/// The radiance of the studio from direction `w`: a sky that is brightest above, a darker floor, and soft lamps, as the camera
+/// sees them, from the right and above behind it, from the left, and far above.
+fn studio(camera: &CameraDescription, w: DVec3) -> Rgb {
+    const LAMPS: [(DVec3, f64, f64); 3] = [
+        (DVec3::new(0.6, 0.6, 0.5), 0.94, 12.0),
+        (DVec3::new(-0.9, 0.2, 0.3), 0.97, 6.0),
+        (DVec3::new(0.0, 1.0, -0.2), 0.98, 6.0),
+    ];
+    let seen = camera.transform.matrix3.inverse() * w;
+    let sky = if w.y < 0.0 { 0.15 } else { 0.25 + 0.35 * w.y };
+    let lamp = |(direction, cosine, radiance): (DVec3, f64, f64)| {
+        if seen.normalize_or_zero().dot(direction.normalize()) > cosine { radiance } else { 0.0 }
+    };
+    Rgb::splat(sky + LAMPS.into_iter().map(lamp).sum::<f64>())
 }
 
 /// Two lights from beside a camera: one from the right and above, and a dimmer one from the left.
@@ -212,9 +240,9 @@ mod tests {
 
     #[test]
     fn options_are_read_and_checked() {
-        let read = options("a b --size 32x24 --columns 3 --lamps --samples 2.5").unwrap();
+        let read = options("a b --size 32x24 --columns 3 --lamps --studio --samples 2.5").unwrap();
         assert_eq!((read.paths.len(), read.size, read.columns), (2, (32, 24), 3));
-        assert!(read.lamps && read.samples == 2.5);
+        assert!(read.lamps && read.studio && read.samples == 2.5);
         for wrong in ["", "a --size 32", "a --size 0x5", "a --columns 0", "a --samples no", "a --what 1", "a --out"] {
             assert!(options(wrong).is_err(), "{wrong}");
         }

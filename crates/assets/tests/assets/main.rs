@@ -6,6 +6,7 @@ mod errors;
 mod files;
 mod geometry;
 mod hierarchy;
+mod image_based_lights;
 mod layers;
 mod lights;
 mod materials;

@@ -3,6 +3,7 @@
 mod bsdf_chi_square;
 mod camera;
 mod conventions;
+mod cube_maps;
 mod energy;
 mod environments;
 mod layers;

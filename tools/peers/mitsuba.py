@@ -173,6 +173,17 @@ class SmoothSolid(mi.BSDF):
         return mi.Color3f(0), mi.Float(0)
 
 
+def microfacets(wi, wo, alpha, facets):
+    """D V of glTF 2.0, appendix B, and Schlick's (1 - cos)^5 at the half vector, for directions above."""
+    sum = wi + wo
+    length = dr.maximum(dr.norm(sum), 1e-8)
+    h, cos = sum / length, 0.5 * length
+    a2 = alpha * alpha
+    root = lambda w: dr.sqrt(a2 * (w.x * w.x + w.y * w.y) + w.z * w.z)
+    lobe = facets.eval(h) * 0.5 / (wi.z * root(wo) + wo.z * root(wi))
+    return lobe, h, cos, dr.power(dr.clip(1 - cos, 0, 1), 5)
+
+
 class Opaque(mi.BSDF):
     """glTF 2.0, appendix B, for surfaces that do not transmit; the same on both sides.
 
@@ -198,13 +209,7 @@ class Opaque(mi.BSDF):
 
     def value(self, wi, wo):
         """The scattering function times the cosine, both directions above."""
-        sum = wi + wo
-        length = dr.norm(sum)
-        h, cos = sum / length, 0.5 * length
-        schlick = dr.power(dr.clip(1 - cos, 0, 1), 5)
-        a2 = self.alpha**2
-        root = lambda w: dr.sqrt(a2 * (w.x * w.x + w.y * w.y) + w.z * w.z)
-        lobe = self.facets.eval(h) * 0.5 / (wi.z * root(wo) + wo.z * root(wi))
+        lobe, _, _, schlick = microfacets(wi, wo, self.alpha, self.facets)
         if self.metallic:
             f = (self.base + (1 - self.base) * schlick) * lobe
         elif self.specular:
@@ -302,11 +307,15 @@ def distance(primitives, origin, direction):
     return nearest
 
 
-def write_ply(path, positions, normals, triangles):
-    vertices = np.hstack([positions, normals]).astype("<f4")
+def write_ply(path, positions, normals, triangles, uv=None):
+    """A mesh for Mitsuba, with texture coordinates if there are any."""
+    names, columns = ["x", "y", "z", "nx", "ny", "nz"], [positions, normals]
+    if uv is not None:
+        names, columns = names + ["u", "v"], columns + [uv]
+    vertices = np.hstack(columns).astype("<f4")
     faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
     faces["count"], faces["corners"] = 3, triangles
-    properties = "".join(f"property float {name}\n" for name in ["x", "y", "z", "nx", "ny", "nz"])
+    properties = "".join(f"property float {name}\n" for name in names)
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{properties}"
         f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
@@ -314,18 +323,11 @@ def write_ply(path, positions, normals, triangles):
     path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
 
 
-def load(name, size):
-    """The Mitsuba scene, and a line on what stands for each material."""
-    gltf = Gltf(ROOT / "scenes" / name / "scene.glb")
-    matrix, fov = gltf.camera()
-    primitives = list(gltf.primitives())
-    forward, up = -matrix[:3, 2], matrix[:3, 1]
-    centre = matrix[:3, 3] + forward * distance(primitives, matrix[:3, 3], forward)
-    eye = (matrix[:3, 3] - centre) * ENLARGED
-    integrator = "volpath" if any(material.solid for *_, material in primitives) else "path"
-    scene = {
+def frame_of_scene(integrator, edges, eye, forward, up, fov, size):
+    """A scene without anything in it: integrator and camera, with a box filter of one pixel. `eye` is enlarged, `fov` vertical."""
+    return {
         "type": "scene",
-        "integrator": {"type": integrator, "max_depth": MAX_EDGES, "rr_depth": 5},
+        "integrator": {"type": integrator, "max_depth": edges, "rr_depth": 5},
         "sensor": {
             "type": "perspective",
             "to_world": mi.ScalarTransform4f().look_at(origin=eye, target=eye + forward * ENLARGED, up=up),
@@ -344,6 +346,18 @@ def load(name, size):
             "sampler": {"type": "independent"},
         },
     }
+
+
+def load(name, size):
+    """The Mitsuba scene, and a line on what stands for each material."""
+    gltf = Gltf(ROOT / "scenes" / name / "scene.glb")
+    matrix, fov = gltf.camera()
+    primitives = list(gltf.primitives())
+    forward, up = -matrix[:3, 2], matrix[:3, 1]
+    centre = matrix[:3, 3] + forward * distance(primitives, matrix[:3, 3], forward)
+    eye = (matrix[:3, 3] - centre) * ENLARGED
+    integrator = "volpath" if any(material.solid for *_, material in primitives) else "path"
+    scene = frame_of_scene(integrator, MAX_EDGES, eye, forward, up, fov, size)
     mapped = []
     with tempfile.TemporaryDirectory() as folder:
         for i, (label, positions, normals, triangles, material) in enumerate(primitives):

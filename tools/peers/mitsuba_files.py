@@ -122,14 +122,8 @@ class GltfSurface(mi.BSDF):
 
     def lobes(self, si, wi, wo):
         base, metallic, alpha = self.surface(si)
-        sum = wi + wo
-        length = dr.maximum(dr.norm(sum), 1e-8)
-        h, cos = sum / length, 0.5 * length
-        schlick = dr.power(dr.clip(1 - cos, 0, 1), 5)
-        a2 = alpha * alpha
-        root = lambda w: dr.sqrt(a2 * (w.x * w.x + w.y * w.y) + w.z * w.z)
         facets = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
-        lobe = facets.eval(h) * 0.5 / (wi.z * root(wo) + wo.z * root(wi))
+        lobe, h, cos, schlick = peer.microfacets(wi, wo, alpha, facets)
         fresnel = self.f0 + (self.specular - self.f0) * schlick
         kept = 1 - fresnel
         if self.albedo is not None:
@@ -295,19 +289,6 @@ def surface(material, gltf, principled):
     return result, radiance, None
 
 
-def write_ply(path, positions, normals, uv, triangles):
-    uv = np.zeros((len(positions), 2)) if uv is None else uv
-    vertices = np.hstack([positions, normals, uv]).astype("<f4")
-    faces = np.empty(len(triangles), [("count", "u1"), ("corners", "<i4", 3)])
-    faces["count"], faces["corners"] = 3, triangles
-    properties = "".join(f"property float {name}\n" for name in ["x", "y", "z", "nx", "ny", "nz", "u", "v"])
-    header = (
-        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\n{properties}"
-        f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    path.write_bytes(header.encode() + vertices.tobytes() + faces.tobytes())
-
-
 def emitter(light, matrix, centre, units):
     pointlike, parallel = intensity_scale(units)
     colour = np.array(light.get("color", [1, 1, 1])) * light.get("intensity", 1)
@@ -343,30 +324,12 @@ def load(gltf, camera, size, edges, units, principled, folder):
     centre = eye + forward * (away if math.isfinite(away) else 1)
     origin = (eye - centre) * peer.ENLARGED
     solid = any("KHR_materials_transmission" in p[-1].get("extensions", {}) for p in primitives)
-    scene = {
-        "type": "scene",
-        "integrator": {"type": "volpath" if solid else "path", "max_depth": edges, "rr_depth": 5},
-        "sensor": {
-            "type": "perspective",
-            "to_world": mi.ScalarTransform4f().look_at(origin=origin, target=origin + forward * peer.ENLARGED, up=up),
-            "fov": math.degrees(fov),
-            "fov_axis": "y",
-            "near_clip": 1e-3 * peer.ENLARGED,
-            "far_clip": 1e3 * peer.ENLARGED,
-            "film": {
-                "type": "hdrfilm",
-                "width": size[0],
-                "height": size[1],
-                "pixel_format": "rgb",
-                "component_format": "float32",
-                "rfilter": {"type": "box"},
-            },
-            "sampler": {"type": "independent"},
-        },
-    }
+    scene = peer.frame_of_scene("volpath" if solid else "path", edges, origin, forward, up, fov, size)
     for i, (_, positions, normals, uvs, triangles, material) in enumerate(primitives):
         path = Path(folder) / f"{i}.ply"
-        write_ply(path, (positions - centre) * peer.ENLARGED, normals, uvs.get(uv_set(material)), triangles)
+        uv = uvs.get(uv_set(material))
+        uv = np.zeros((len(positions), 2)) if uv is None else uv
+        peer.write_ply(path, (positions - centre) * peer.ENLARGED, normals, triangles, uv)
         bsdf, radiance, absorption = surface(material, gltf, principled)
         shape = {"type": "ply", "filename": str(path), "bsdf": bsdf}
         if radiance.any():

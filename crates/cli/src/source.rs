@@ -37,8 +37,10 @@ pub fn settings(options: &SourceOptions) -> Result<Settings, CliError> {
             settings.environment = Some(environment::with_file(settings.environment.take(), file));
         }
     };
-    // Before --set, so that there is a map whose rotation and strength can be set, and after it, because options win.
+    // Before --set, so that there is a map whose rotation and strength can be set and a size that a crop lies in, and after it,
+    // because options win.
     place_environment(&mut settings);
+    settings.size = options.size.unwrap_or(settings.size);
     for assignment in &options.set {
         settings = config::set(&settings, assignment)?;
     }
@@ -52,9 +54,7 @@ pub fn settings(options: &SourceOptions) -> Result<Settings, CliError> {
     if let Some(variant) = &options.variant {
         settings.variant.clone_from(variant);
     }
-    if let Some(size) = options.size {
-        settings.size = size;
-    }
+    settings.size = options.size.unwrap_or(settings.size);
     if let Some(seed) = options.seed {
         settings.seed = seed;
     }

@@ -387,6 +387,20 @@ fn verify_fails_where_the_scene_is_another() {
 }
 
 #[test]
+fn a_crop_lies_in_the_size_that_is_asked_for() {
+    let folder = Folder::new("crop");
+    let scene = scene("cornell");
+    // Beyond the default size.
+    let wide = ["render", &scene, "-q", "-o", "a", "--method", "path", "--samples-per-pixel", "1", "--size", "800x8"];
+    let output = folder.command().args(wide).args(["--set", "crop=(780, 0, 800, 8)"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let picture = read_image(&folder.0.join("a.exr")).expect("the picture is there");
+    assert_eq!((picture.width, picture.height), (20, 8));
+    let output = folder.command().args(wide).args(["--set", "crop=(780, 0, 801, 8)"]).output().unwrap();
+    assert!(!output.status.success() && text(&output.stderr).contains("right <= 800"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn layers_are_further_channels_of_the_exr() {
     let folder = Folder::new("layers");
     let scene = scene("cornell");

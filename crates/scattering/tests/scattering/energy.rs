@@ -27,7 +27,7 @@ fn white(kind: Kind, alpha: f64) -> Interaction {
 }
 
 /// The share of power, channel x, that reaches `eye` from a white furnace, without chance.
-fn albedo_by_quadrature(at: &Interaction, eye: DVec3, kind: Kind, alpha: f64) -> f64 {
+pub fn albedo_by_quadrature(at: &Interaction, eye: DVec3, kind: Kind, alpha: f64) -> f64 {
     let over = |w: DVec3| at.eval(w, eye, Component::Rough).x * w.z.abs();
     let n2 = |w: DVec3| if w.z < 0.0 { at.index_below().powi(2) } else { 1.0 };
     // Radiance is n^2 times as large in a medium of index n.

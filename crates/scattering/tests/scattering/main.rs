@@ -6,6 +6,7 @@ mod conventions;
 mod cube_maps;
 mod energy;
 mod environments;
+mod furnace;
 mod layers;
 mod lights;
 mod materials;

@@ -209,9 +209,9 @@ fn wants_lamps(asset: &Asset, framed: bool) -> bool {
 /// sees them, from the right and above behind it, from the left, and far above.
 fn studio(camera: &CameraDescription, w: DVec3) -> Rgb {
     const LAMPS: [(DVec3, f64, f64); 3] = [
-        (DVec3::new(0.6, 0.6, 0.5), 0.985, 15.0),
-        (DVec3::new(-0.9, 0.2, 0.3), 0.99, 8.0),
-        (DVec3::new(0.0, 1.0, -0.2), 0.99, 8.0),
+        (DVec3::new(0.6, 0.6, 0.5), 0.94, 12.0),
+        (DVec3::new(-0.9, 0.2, 0.3), 0.97, 6.0),
+        (DVec3::new(0.0, 1.0, -0.2), 0.98, 6.0),
     ];
     let seen = camera.transform.matrix3.inverse() * w;
     let sky = if w.y < 0.0 { 0.15 } else { 0.25 + 0.35 * w.y };

@@ -84,7 +84,8 @@ fn nothing_but_a_diffuse_lobe_under_a_specular_one_gains_energy() {
         let (albedo, at) = largest(kind);
         println!("{kind:?}: {albedo:.4} at {at:?}");
         assert!(albedo <= 1.001, "{kind:?} at {at:?}: {albedo}");
-        assert!(albedo > 0.9, "{kind:?} is nowhere near white: {albedo}");
+        let least = if EXTENDED.contains(&kind) { 0.5 } else { 0.99 };
+        assert!(albedo > least, "{kind:?} is nowhere near white: {albedo}");
     }
 }
 
@@ -126,8 +127,9 @@ fn what_a_diffuse_lobe_under_a_specular_one_gains_is_the_formulas_own() {
     for kind in ALL.into_iter().filter(|kind| is_coupled(*kind)) {
         let (albedo, at) = largest(kind);
         println!("{kind:?}: {albedo:.4} at {at:?}");
-        // At grazing angles F and the diffuse lobe come near 1 each.
-        assert!((1.001..2.0).contains(&albedo), "{kind:?} at {at:?}: {albedo}");
+        // At grazing angles F and the diffuse lobe come near 1 each. Coats and sheens take some of it away.
+        let least = if EXTENDED.contains(&kind) { 0.5 } else { 1.1 };
+        assert!((least..2.0).contains(&albedo), "{kind:?} at {at:?}: {albedo}");
     }
 }
 

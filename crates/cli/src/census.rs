@@ -2,7 +2,7 @@
 
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::{Census, Effect, Finding, Plan, SceneDescription};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::table;
 
@@ -10,31 +10,31 @@ use crate::table;
 const NAMED: usize = 3;
 
 /// The plan in stats.json and in the EXR.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct PlanStats {
     /// Effects that the scene has, and that were rendered.
-    on: Vec<&'static str>,
+    on: Vec<String>,
     /// Effects that the scene does not have, and that cost nothing.
-    off: Vec<&'static str>,
+    off: Vec<String>,
     /// Forced on though the scene has nothing of them.
-    forced_on: Vec<&'static str>,
+    forced_on: Vec<String>,
     /// Forced off though the scene has them.
-    forced_off: Vec<&'static str>,
+    forced_off: Vec<String>,
     /// Mutations of the mixture that could apply to no path, and were left out.
-    mutations_left_out: Vec<&'static str>,
+    mutations_left_out: Vec<String>,
 }
 
 impl PlanStats {
     /// The plan, with the mutations of a mixture.
     pub fn new(plan: &Plan, mutations: &[(f64, AnyMutation)]) -> Self {
-        let names = |effects: ergodic_pathspace::Effects| effects.iter().map(Effect::name).collect();
+        let names = |effects: ergodic_pathspace::Effects| effects.iter().map(|effect| effect.name().into()).collect();
         let idle = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(plan.on).is_some();
         Self {
             on: names(plan.on.and(plan.found)),
             off: names(ergodic_pathspace::Effects::all().without(plan.on).without(plan.found)),
             forced_on: names(plan.idle()),
             forced_off: names(plan.missing()),
-            mutations_left_out: mutations.iter().filter(idle).map(|(_, mutation)| mutation.name()).collect(),
+            mutations_left_out: mutations.iter().filter(idle).map(|(_, mutation)| mutation.name().into()).collect(),
         }
     }
 }

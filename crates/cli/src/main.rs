@@ -14,6 +14,7 @@ mod progress;
 mod render;
 mod report;
 mod source;
+mod stats;
 mod table;
 mod terminal;
 mod verify;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         Command::Accuracy(options) => {
             accuracy::run(&options).map(|interrupted| if interrupted { INTERRUPTED } else { 0 })
         }
+        Command::Stats(options) => stats::run(&options).map(|()| 0),
         Command::Verify(options) => verify::run(&options).map(|holds| if holds { 0 } else { DISAGREES }),
     };
     match outcome {

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use ergodic_render::{Budget, Method};
 
+use crate::stats::options::StatsOptions;
+
 const AFTER_HELP: &str = "\
 Examples:
   ergodic render                                     the default scene: ajar.png, ajar.exr, ajar.stats.json
@@ -15,6 +17,7 @@ Examples:
   ergodic inspect room.glb                           what a file holds, and what is not supported
   ergodic accuracy room.glb --time-limit 20m         which method is best for this scene, and how long it takes
   ergodic compare out/ring.exr reference.exr         how far one picture is from another
+  ergodic stats a.stats.json b.stats.json            what the mutations of two renders did, and by how much they differ
   ergodic verify cornell --method path               whether this build still makes the stored reference";
 
 /// Metropolis light transport in path space for glTF 2.0 scenes, after Veach.
@@ -41,6 +44,8 @@ pub enum Command {
     Accuracy(AccuracyOptions),
     /// Test this build against the stored reference images, by statistics over independent replicas
     Verify(VerifyOptions),
+    /// Show what the mutations of one or more renders did, side by side
+    Stats(StatsOptions),
 }
 
 /// What is rendered, and how. Options win over --set, which wins over the config, which wins over the defaults.

@@ -10,8 +10,8 @@ use ergodic_render::{Picture, Rendering, Settings};
 use crate::census::PlanStats;
 use crate::config;
 use crate::error::CliError;
-use crate::report::Stats;
 use crate::source::Source;
+use crate::stats::format::Stats;
 
 /// Where the files go.
 #[derive(Debug)]

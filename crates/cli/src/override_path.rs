@@ -27,6 +27,23 @@ pub fn value_span(text: &str, path: &str) -> Result<Range<usize>, PathError> {
     Ok(span)
 }
 
+/// Every value that has no members, with its path, in order.
+pub fn leaves(text: &str) -> Vec<(String, &str)> {
+    fn collect<'a>(text: &'a str, path: &str, span: Range<usize>, leaves: &mut Vec<(String, &'a str)>) {
+        let members = members(text, span.clone());
+        if members.is_empty() {
+            leaves.push((path.to_string(), &text[span]));
+        }
+        for (name, value) in members {
+            let path = if path.is_empty() { name } else { format!("{path}.{name}") };
+            collect(text, &path, value, leaves);
+        }
+    }
+    let mut all = Vec::new();
+    collect(text, "", trim(text, 0..text.len()), &mut all);
+    all
+}
+
 fn trim(text: &str, span: Range<usize>) -> Range<usize> {
     let inner = &text[span.clone()];
     let start = span.start + (inner.len() - inner.trim_start().len());

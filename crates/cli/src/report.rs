@@ -5,69 +5,27 @@ use ergodic_mutations::Rejection;
 use ergodic_pathspace::stability::{LeftOut, Place};
 use ergodic_render::statistics::{MutationStatistics, Tally};
 use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Settings};
-use serde::Serialize;
-use serde_json::{Map, Value, json};
 
 use crate::census::PlanStats;
 use crate::progress::human_time;
 use crate::source::Source;
+use crate::stats::format::{
+    Diagnostics, FaultStats, MltStats, MutationStats, Quantity, StabilityStats, Stats, TallyStats,
+};
 use crate::{config, table};
-
-/// The contents of STEM.stats.json.
-#[derive(Debug, Serialize)]
-pub struct Stats {
-    /// Version of the program.
-    version: &'static str,
-    /// The scene's file.
-    scene: String,
-    method: &'static str,
-    /// Whether the render was stopped before its budget was used up.
-    interrupted: bool,
-    width: u32,
-    height: u32,
-    seed: u64,
-    /// Wall time in seconds, seeding included, loading and writing not.
-    wall_seconds: f64,
-    threads: usize,
-    /// Instructions that rays were searched with: the best of the processor, or what ERGODIC_ISA names.
-    instructions: &'static str,
-    /// Which effects were rendered, and which were not because the scene does not have them.
-    effects: PlanStats,
-    /// Samples, or mutations, for each pixel.
-    samples_per_pixel: f64,
-    rays: u64,
-    rays_per_second: f64,
-    /// Mean radiance of the picture, for each channel.
-    mean: [f64; 3],
-    stability: StabilityStats,
-    #[serde(flatten)]
-    mlt: Option<MltStats>,
-    /// All settings, in RON.
-    config: String,
-}
-
-/// Contributions that were not finite, or negative, and were left out.
-#[derive(Debug, Serialize)]
-struct StabilityStats {
-    /// 0 in a correct renderer.
-    total: u64,
-    /// Where independent samples and splats went wrong.
-    by_place: Map<String, Value>,
-    /// Proposals whose contribution, density, or density of the way back was no number, or whose contribution was negative.
-    by_mutation: Map<String, Value>,
-}
 
 impl StabilityStats {
     fn new(rendering: &Rendering) -> Self {
         let stability = rendering.counts.stability;
         let place = |place: &Place| {
             let LeftOut { non_finite, negative } = stability.at(*place);
-            (place.name().to_string(), json!({ "non_finite": non_finite, "negative": negative }))
+            let counts = [("non_finite", non_finite), ("negative", negative)];
+            (place.name().to_string(), counts.map(|(what, n)| (what.to_string(), n)).into())
         };
         let mutation = |statistics: &MutationStatistics| {
             let faulty = statistics.total().faulty;
-            let counts = Fault::ALL.iter().zip(faulty).map(|(fault, n)| (fault.name().to_string(), n.into()));
-            (statistics.name.to_string(), Value::Object(counts.collect()))
+            let counts = Fault::ALL.iter().zip(faulty).map(|(fault, n)| (fault.name().to_string(), n));
+            (statistics.name.to_string(), counts.collect())
         };
         Self {
             total: irregular(rendering),
@@ -111,51 +69,10 @@ fn stability_line(rendering: &Rendering) -> String {
     format!("warning: {total} contributions were left out, so the picture is too dark: {}", parts.join(", "))
 }
 
-#[derive(Debug, Serialize)]
-struct MltStats {
-    /// Over all chains.
-    mutations: u64,
-    /// Over the time spent on mutations, all threads together.
-    mutations_per_second: f64,
-    seeding_seconds: f64,
-    direct_seconds: f64,
-    mutation_seconds: f64,
-    chains: usize,
-    /// Mean luminance over the image of the paths that the chains sample.
-    b: f64,
-    b_relative_error: f64,
-    seeding_samples: u64,
-    diagnostics: Diagnostics,
-    mutation_statistics: Vec<MutationStats>,
-    /// The first proposals whose densities were not numbers.
-    faults: Vec<FaultStats>,
-}
-
-/// How well the chains mix.
-#[derive(Debug, Serialize)]
-struct Diagnostics {
-    /// ln C, and the image point in pixels.
-    quantities: Vec<Quantity>,
-    /// Longest run of steps that a chain stayed at one path, and the class of that path.
-    longest_stay: u64,
-    longest_stay_class: String,
-    stuck_chains: usize,
-    warnings: Vec<String>,
-}
-
-#[derive(Debug, Serialize)]
-struct Quantity {
-    name: &'static str,
-    /// Integrated autocorrelation time in steps.
-    autocorrelation_time: Option<f64>,
-    effective_sample_size: Option<f64>,
-    r_hat: Option<f64>,
-}
-
 impl Diagnostics {
     fn new(report: &MixingReport) -> Self {
         let quantity = |mixing: &Mixing| Quantity {
-            name: mixing.name,
+            name: mixing.name.into(),
             autocorrelation_time: mixing.autocorrelation_time,
             effective_sample_size: mixing.effective_sample_size,
             r_hat: mixing.r_hat,
@@ -170,57 +87,18 @@ impl Diagnostics {
     }
 }
 
-#[derive(Debug, Serialize)]
-struct MutationStats {
-    name: &'static str,
-    #[serde(flatten)]
-    total: TallyStats,
-    /// By the number of edges of the path that was to be changed.
-    by_length: Map<String, Value>,
-    /// By the class of that path, such as LSDE, for paths of up to 8 edges.
-    by_class: Map<String, Value>,
-}
-
-#[derive(Debug, Serialize)]
-struct TallyStats {
-    proposed: u64,
-    /// Proposals that could not be built, by reason.
-    not_built: Map<String, Value>,
-    /// Proposals whose densities were not numbers.
-    faulty: u64,
-    accepted: u64,
-    /// Mean acceptance probability over all proposals; one that was not built counts as 0.
-    acceptance: Option<f64>,
-    /// Mean distance moved on the image by an accepted proposal, in pixels.
-    mean_jump_pixels: Option<f64>,
-    ns_per_proposal: Option<f64>,
-}
-
-#[derive(Debug, Serialize)]
-struct FaultStats {
-    chain: u64,
-    step: u64,
-    mutation: String,
-    density: String,
-    class: String,
-}
-
 impl TallyStats {
     fn new(tally: &Tally) -> Self {
         let reasons = Rejection::ALL.iter().zip(tally.not_built).filter(|(_, count)| *count > 0);
         Self {
             proposed: tally.proposed,
-            not_built: reasons.map(|(reason, count)| (reason.name().to_string(), count.into())).collect(),
+            not_built: reasons.map(|(reason, count)| (reason.name().to_string(), count)).collect(),
             faulty: tally.faulty.iter().sum(),
             accepted: tally.accepted,
             acceptance: tally.acceptance(),
             mean_jump_pixels: tally.mean_jump_pixels(),
             ns_per_proposal: tally.ns_per_proposal(),
         }
-    }
-
-    fn value(tally: &Tally) -> Value {
-        serde_json::to_value(Self::new(tally)).unwrap_or_default()
     }
 }
 
@@ -229,10 +107,10 @@ impl MutationStats {
         let lengths = statistics.lengths().into_iter();
         let classes = statistics.classes().into_iter();
         Self {
-            name: statistics.name,
+            name: statistics.name.into(),
             total: TallyStats::new(&statistics.total()),
-            by_length: lengths.map(|(length, tally)| (length.to_string(), TallyStats::value(&tally))).collect(),
-            by_class: classes.map(|(class, tally)| (class.to_string(), TallyStats::value(&tally))).collect(),
+            by_length: lengths.map(|(length, tally)| (length.to_string(), TallyStats::new(&tally))).collect(),
+            by_class: classes.map(|(class, tally)| (class.to_string(), TallyStats::new(&tally))).collect(),
         }
     }
 }
@@ -274,16 +152,16 @@ impl Stats {
     /// The facts of a render.
     pub fn new(source: &Source, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
         Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").into(),
             scene: source.name.clone(),
-            method: settings.method.name(),
+            method: settings.method.name().into(),
             interrupted,
             width: settings.film_size().0,
             height: settings.film_size().1,
             seed: settings.seed,
             wall_seconds: rendering.seconds,
             threads: rendering.threads,
-            instructions: rendering.instructions,
+            instructions: rendering.instructions.into(),
             effects: PlanStats::new(&source.plan, &settings.mlt.mutations),
             samples_per_pixel: rendering.samples_per_pixel,
             rays: rendering.counts.rays,

@@ -53,6 +53,11 @@ const DRAWS: usize = 1000;
 /// A share of all draws for which what is asked for must exist, if it is to have an interval.
 const EXISTS: f64 = 0.9;
 
+/// One of `n` indices.
+fn index(rng: &mut Pcg64, n: usize) -> usize {
+    ((u128::from(rng.next_u64()) * n as u128) >> 64) as usize
+}
+
 fn mean_of(samples: impl ExactSizeIterator<Item = Sample>) -> Mean {
     let n = samples.len() as f64;
     let (seconds, error) = samples.fold((0.0, 0.0), |(s, e), sample| (s + sample.seconds, e + sample.error));
@@ -69,7 +74,7 @@ impl Curve {
     fn drawn(&self, rng: &mut Pcg64) -> Vec<Mean> {
         let draw = |point: &Vec<Sample>| {
             let n = point.len();
-            mean_of((0..n).map(|_| point[((u128::from(rng.next_u64()) * n as u128) >> 64) as usize]))
+            mean_of((0..n).map(|_| point[index(rng, n)]))
         };
         self.points.iter().map(draw).collect()
     }
@@ -115,12 +120,17 @@ fn bootstrap<const N: usize>(curves: [&Curve; N], of: impl Fn([&[Mean]; N]) -> O
     let means = curves.map(Curve::means);
     let value = of(std::array::from_fn(|i| &means[i][..])).filter(|value| value.is_finite())?;
     let mut rng = Pcg64::new(0x5eed, 0xb007);
-    let mut draws: Vec<f64> = (0..DRAWS)
+    let draws: Vec<f64> = (0..DRAWS)
         .filter_map(|_| {
             let means = curves.map(|curve| curve.drawn(&mut rng));
             of(std::array::from_fn(|i| &means[i][..])).filter(|value| value.is_finite())
         })
         .collect();
+    interval(value, draws)
+}
+
+/// The interval of a value from what the draws make of it.
+fn interval(value: f64, mut draws: Vec<f64>) -> Option<Interval> {
     if (draws.len() as f64) < EXISTS * DRAWS as f64 {
         return None;
     }
@@ -129,6 +139,33 @@ fn bootstrap<const N: usize>(curves: [&Curve; N], of: impl Fn([&[Mean]; N]) -> O
     let mean = draws.iter().sum::<f64>() / draws.len() as f64;
     let variance = draws.iter().map(|draw| (draw - mean).powi(2)).sum::<f64>() / (draws.len() - 1) as f64;
     Some(Interval { value, low: at(0.025), high: at(0.975), error: variance.sqrt() })
+}
+
+/// A number that follows from `n` independent replicas, which are given by their indices, with the same replicas drawn again and
+/// again. What is measured in pairs stays in pairs.
+pub fn resampled(n: usize, of: impl Fn(&[usize]) -> Option<f64>) -> Option<Interval> {
+    let mut indices: Vec<usize> = (0..n).collect();
+    let value = of(&indices).filter(|value| value.is_finite())?;
+    let mut rng = Pcg64::new(0x5eed, 0xb007);
+    let draws = (0..DRAWS).filter_map(|_| {
+        indices.fill_with(|| index(&mut rng, n));
+        of(&indices).filter(|value| value.is_finite())
+    });
+    interval(value, draws.collect())
+}
+
+/// The mean of independent values.
+pub fn mean(values: &[f64]) -> Option<Interval> {
+    resampled(values.len(), |indices| Some(mean_at(values, indices)))
+}
+
+/// The mean of some values over that of others, which were measured in pairs with them.
+pub fn ratio(of: &[f64], to: &[f64]) -> Option<Interval> {
+    resampled(of.len().min(to.len()), |indices| Some(mean_at(of, indices) / mean_at(to, indices)))
+}
+
+fn mean_at(values: &[f64], indices: &[usize]) -> f64 {
+    indices.iter().map(|i| values[*i]).sum::<f64>() / indices.len() as f64
 }
 
 fn logarithms(means: &[Mean]) -> impl Iterator<Item = (f64, f64)> + Clone {
@@ -236,5 +273,22 @@ mod tests {
         assert!(last(&a).is_apart_from(&last(&worse)) && !last(&a).is_apart_from(&last(&b)));
         let ratio = relative_efficiency(&a, &worse).unwrap();
         assert!(ratio.low > 1.2 && ratio.high < 3.2, "{ratio:?}");
+    }
+
+    #[test]
+    fn pairs_cancel_what_they_have_in_common() {
+        let mut rng = Pcg64::new(3, 5);
+        let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        // A machine that is up to ten times slower now and then, for both.
+        let slowness: Vec<f64> = (0..40).map(|_| 1.0 + 9.0 * uniform()).collect();
+        let one: Vec<f64> = slowness.iter().map(|s| 2.0 * s * (0.99 + 0.02 * uniform())).collect();
+        let pair = ratio(&one, &slowness).unwrap();
+        assert!(pair.low <= 2.0 && 2.0 <= pair.high && pair.high - pair.low < 0.02, "{pair:?}");
+        let apart = mean(&one).unwrap();
+        assert!(apart.high / apart.low > 1.2, "{apart:?}");
+        let normal: Vec<f64> = (0..400).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect();
+        let centre = mean(&normal).unwrap();
+        assert!((centre.error / 0.05 - 1.0).abs() < 0.2 && centre.low < 0.0 && 0.0 < centre.high, "{centre:?}");
+        assert_eq!(ratio(&one, &[0.0; 40]), None, "infinite");
     }
 }

@@ -75,7 +75,8 @@ fn csv(arguments: &[&str]) -> Vec<BTreeMap<String, String>> {
     lines.map(line).collect()
 }
 
-/// Holds a line to a tally of the file, to the last bit.
+/// Holds a line to a tally of the file, to the last bit of what the reader of JSON makes of it. That is right to one unit in the last
+/// place.
 fn assert_same(line: &BTreeMap<String, String>, tally: &Value) {
     let same = |name: &str, value: &Value| {
         let cell = &line[name];
@@ -101,7 +102,7 @@ fn assert_same(line: &BTreeMap<String, String>, tally: &Value) {
 }
 
 #[test]
-fn comma_separated_values_are_those_of_the_file_to_the_bit() {
+fn comma_separated_values_are_those_of_the_file() {
     let lines = csv(&["a", "b.exr"]);
     let mut seen = 0;
     for stem in ["a", "b"] {

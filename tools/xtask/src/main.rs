@@ -1,9 +1,10 @@
 //! Chores of the project: the scenes, written from code so that every number in them has a source; the stored references;
-//! the long tests; profiles; pictures of many files.
+//! the long tests; profiles; the price of precision; pictures of many files.
 
 mod contact_sheet;
 mod glb;
 mod nightly;
+mod precision;
 mod profile;
 mod reference;
 mod scenes;
@@ -21,6 +22,7 @@ Commands:
   scenes [NAME...]      write scenes/NAME/scene.glb and its sky, for all scenes if none is named
   profile SCENE         where the time of mutations goes on a scene; `profile --help` says how it is measured
   contact-sheet PATH... one picture of all glTF files below some folders; `contact-sheet --help` lists the options
+  precision             measure what accuracy costs and gains, and write docs/precision.md: some minutes
   nightly               run all tests at their large sizes, then `ergodic verify --budget full`: some hours
   reference [NAME...]   render reference/NAME.exr with its provenance NAME.ron, for all scenes if none is named
 ";
@@ -72,6 +74,7 @@ fn main() -> ExitCode {
         Some((command, names)) if command == "reference" => reference::write(names),
         Some((command, arguments)) if command == "contact-sheet" => contact_sheet::run(arguments),
         Some((command, arguments)) if command == "profile" => profile::run(arguments),
+        Some((command, arguments)) if command == "precision" => precision::run(arguments),
         Some((command, [])) if command == "nightly" => nightly::run(),
         Some((help, _)) if help == "--help" || help == "help" => {
             print!("{USAGE}");

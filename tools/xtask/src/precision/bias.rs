@@ -1,12 +1,12 @@
 //! The number of chains at equal mutations: start-up bias and spread.
 
-use ergodic_assess::accuracy::{Interval, mean, resampled};
+use ergodic_assess::accuracy::mean;
 use ergodic_scattering::{Rgb, luminance};
 
 use super::Effort;
 use super::chains::{Chains, Deposit, Starts};
 use super::page::{Section, cell, signed_percent, table};
-use super::work::{Work, on_one_thread};
+use super::work::{Work, on_one_thread, spread};
 
 const SCENES: [&str; 2] = ["cornell", "glass"];
 const MUTATIONS: u64 = 65_536;
@@ -36,16 +36,6 @@ impl DarkHalf {
     }
 }
 
-/// The standard deviation of values.
-fn spread(values: &[f64]) -> Option<Interval> {
-    resampled(values.len(), |indices| {
-        let n = indices.len() as f64;
-        let mean = indices.iter().map(|i| values[*i]).sum::<f64>() / n;
-        let squares = indices.iter().map(|i| (values[*i] - mean).powi(2)).sum::<f64>();
-        Some(100.0 * (squares / (n - 1.0)).sqrt())
-    })
-}
-
 /// Measures both scenes.
 pub fn measure(effort: &Effort) -> Result<Section, String> {
     let mutations = MUTATIONS / effort.divisor;
@@ -70,7 +60,7 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
                 count.to_string(),
                 steps.to_string(),
                 signed_percent(mean(&resampled)),
-                cell(spread(&resampled)),
+                cell(spread(&resampled.iter().map(|bias| 100.0 * bias).collect::<Vec<_>>())),
                 signed_percent(mean(&naive)),
             ]);
         }

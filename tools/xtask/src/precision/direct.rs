@@ -30,7 +30,7 @@ fn pairs(work: &Work, effort: &Effort) -> Result<Pairs, String> {
                 budget: Budget::SamplesPerPixel(MUTATIONS / effort.divisor as f64),
                 ..work.settings.clone()
             };
-            settings.mlt.seeding = SEEDING;
+            settings.mlt.seeding = Seeding { max_samples: SEEDING.max_samples / effort.divisor, ..SEEDING };
             settings.mlt.direct = WAYS[way];
             let rendering = render(&work.scene, &settings, &Unobserved).map_err(|e| e.to_string())?;
             let (width, height) = settings.size;

@@ -1,12 +1,12 @@
 //! Samples that b is estimated from: what they cost, and the error of b.
 
-use ergodic_assess::accuracy::{Curve, Sample, mean, resampled};
+use ergodic_assess::accuracy::{Curve, Interval, Sample, mean};
 use ergodic_pathspace::Roulette;
 use ergodic_render::{Seeding, Seeds, Unobserved};
 
 use super::Effort;
 use super::page::{Section, cell, table};
-use super::work::{Work, on_one_thread, timed};
+use super::work::{Work, on_one_thread, spread, timed};
 
 const SCENES: [&str; 2] = ["ring", "glass"];
 /// Samples of the smallest seeding, the least that there can be; the others have 2, 4 and 8 times as many.
@@ -35,13 +35,8 @@ fn estimates(work: &Work, samples: u64, first: u64, replicas: usize) -> Result<V
     })
 }
 
-/// The standard deviation of some estimates over their mean.
-fn spread(estimates: &[Estimate], indices: &[usize]) -> Option<f64> {
-    let n = indices.len() as f64;
-    let mean = indices.iter().map(|i| estimates[*i].b).sum::<f64>() / n;
-    let squares = indices.iter().map(|i| (estimates[*i].b - mean).powi(2)).sum::<f64>();
-    // Replicas drawn again have (n - 1) / n of the variance, and less if all are the same one.
-    Some((squares / (n - 1.0)).sqrt() / mean).filter(|spread| *spread > 0.0)
+fn centre_of(estimates: &[Estimate]) -> f64 {
+    estimates.iter().map(|e| e.b).sum::<f64>() / estimates.len() as f64
 }
 
 /// Measures both scenes.
@@ -59,7 +54,7 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
                 format!("`{name}`"),
                 samples.to_string(),
                 cell(mean(&all.iter().map(|e| e.seconds).collect::<Vec<_>>())),
-                cell(resampled(all.len(), |indices| spread(&all, indices)).map(percent)),
+                cell(spread(&all.iter().map(|e| e.b / centre_of(&all)).collect::<Vec<_>>()).map(percent)),
                 cell(mean(&all.iter().map(|e| e.told).collect::<Vec<_>>()).map(percent)),
             ]);
             points.push(all);
@@ -95,7 +90,7 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
     })
 }
 
-fn scaled(mut interval: ergodic_assess::accuracy::Interval, factor: f64) -> ergodic_assess::accuracy::Interval {
+fn scaled(mut interval: Interval, factor: f64) -> Interval {
     interval.value *= factor;
     interval.low *= factor;
     interval.high *= factor;
@@ -103,6 +98,6 @@ fn scaled(mut interval: ergodic_assess::accuracy::Interval, factor: f64) -> ergo
     interval
 }
 
-fn percent(interval: ergodic_assess::accuracy::Interval) -> ergodic_assess::accuracy::Interval {
+fn percent(interval: Interval) -> Interval {
     scaled(interval, 100.0)
 }

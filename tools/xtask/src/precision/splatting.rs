@@ -37,24 +37,26 @@ fn replicas(name: &str, effort: &Effort) -> Result<Replicas, String> {
     })
 }
 
-/// Mean over pixels of the variance over replicas, relative to the squared mean with a floor.
-fn variance(pictures: &[Vec<f64>], indices: &[usize], weights: &[f64]) -> f64 {
-    let n = indices.len() as f64;
-    let of_pixel = |(pixel, weight): (usize, &f64)| {
-        let (sum, squares) =
-            indices.iter().map(|i| pictures[*i][pixel]).fold((0.0, 0.0), |(s, q), v| (s + v, q + v * v));
-        weight * (squares - sum * sum / n) / (n - 1.0)
+/// For each replica the mean over pixels of its squared deviation from the mean of all, relative to the squared mean with a floor.
+fn deviations(pictures: &[Vec<f64>], weights: &[f64]) -> Vec<f64> {
+    let means = pixel_means(pictures);
+    let of = |picture: &Vec<f64>| {
+        let pixels = picture.iter().zip(&means).zip(weights);
+        pixels.map(|((value, mean), weight)| weight * (value - mean).powi(2)).sum::<f64>() / weights.len() as f64
     };
-    weights.iter().enumerate().map(of_pixel).sum::<f64>() / weights.len() as f64
+    pictures.iter().map(of).collect()
+}
+
+fn pixel_means(pictures: &[Vec<f64>]) -> Vec<f64> {
+    let n = pictures.len() as f64;
+    let pixels = pictures.first().map_or(0, Vec::len);
+    (0..pixels).map(|pixel| pictures.iter().map(|picture| picture[pixel]).sum::<f64>() / n).collect()
 }
 
 /// 1 / (mean² + floor) of each pixel over all replicas; the floor is a hundredth of the squared mean of the picture.
 fn weights(pictures: &[Vec<f64>]) -> Vec<f64> {
-    let n = pictures.len() as f64;
-    let pixels = pictures.first().map_or(0, Vec::len);
-    let means: Vec<f64> =
-        (0..pixels).map(|pixel| pictures.iter().map(|picture| picture[pixel]).sum::<f64>() / n).collect();
-    let whole = means.iter().sum::<f64>() / pixels as f64;
+    let means = pixel_means(pictures);
+    let whole = means.iter().sum::<f64>() / means.len() as f64;
     means.iter().map(|mean| 1.0 / (mean * mean + 0.01 * whole * whole)).collect()
 }
 
@@ -65,11 +67,10 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
         let all = replicas(name, effort)?;
         let [expected, plain] = &all.pictures;
         let weights = weights(expected);
-        let of = |pictures: &Vec<Vec<f64>>, indices: &[usize]| variance(pictures, indices, &weights);
-        let variances = resampled(effort.replicas, |indices| Some(of(plain, indices) / of(expected, indices)));
+        let [expected, plain] = [expected, plain].map(|pictures| deviations(pictures, &weights));
         let efficiency = resampled(effort.replicas, |indices| {
-            let seconds = |way: usize| indices.iter().map(|i| all.seconds[way][*i]).sum::<f64>();
-            Some(of(plain, indices) * seconds(1) / (of(expected, indices) * seconds(0)))
+            let sum = |values: &[f64]| indices.iter().map(|i| values[*i]).sum::<f64>();
+            Some(sum(&plain) * sum(&all.seconds[1]) / (sum(&expected) * sum(&all.seconds[0])))
         });
         let mutations = (CHAINS as u64 * (STEPS / effort.divisor)) as f64;
         let each = all.seconds[0].iter().map(|seconds| seconds * 1e9 / mutations).collect::<Vec<_>>();
@@ -77,7 +78,7 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
             format!("`{name}`"),
             cell(mean(&each)),
             cell(ratio(&all.seconds[0], &all.seconds[1])),
-            cell(variances),
+            cell(ratio(&plain, &expected)),
             cell(efficiency),
         ]);
     }

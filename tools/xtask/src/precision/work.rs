@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cpu_time::ThreadTime;
+use ergodic_assess::accuracy::{Interval, resampled};
 use ergodic_assess::{RELATIVE_EPSILON, Reference};
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::Scene;
@@ -32,6 +33,15 @@ pub fn in_turns(rounds: usize, mut one: impl FnMut(), mut other: impl FnMut()) -
         }
     }
     times
+}
+
+/// The standard deviation of values, from their squared deviations from the mean of all.
+pub fn spread(values: &[f64]) -> Option<Interval> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: Vec<f64> = values.iter().map(|value| (value - mean).powi(2)).collect();
+    let variance = |indices: &[usize]| indices.iter().map(|i| squares[*i]).sum::<f64>() / (n - 1.0);
+    resampled(values.len(), |indices| Some(variance(indices).sqrt()))
 }
 
 /// Inputs, the same in every run.

@@ -3,19 +3,23 @@
 use ergodic_metropolis::Fault;
 use ergodic_mutations::Rejection;
 use ergodic_pathspace::stability::{LeftOut, Place};
-use ergodic_render::statistics::{MutationStatistics, Tally};
+use ergodic_render::statistics::{JUMP_INTERVALS, MutationStatistics, Tally, jump_bounds};
 use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Settings};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use crate::census::PlanStats;
+use crate::census::{CensusRow, PlanStats};
 use crate::progress::human_time;
 use crate::source::Source;
 use crate::{config, table};
 
+/// What STEM.stats.json says of how it is written; another number for what programs that read it would misread.
+pub const STATS_FORMAT: u64 = 1;
+
 /// The contents of STEM.stats.json.
 #[derive(Debug, Serialize)]
 pub struct Stats {
+    format: u64,
     /// Version of the program.
     version: &'static str,
     /// The scene's file.
@@ -33,6 +37,11 @@ pub struct Stats {
     instructions: &'static str,
     /// Which effects were rendered, and which were not because the scene does not have them.
     effects: PlanStats,
+    /// What the scene has of every effect, and what follows.
+    census: Vec<CensusRow>,
+    /// What was said of the scene when it was loaded.
+    warnings: Vec<String>,
+    notes: Vec<String>,
     /// Samples, or mutations, for each pixel.
     samples_per_pixel: f64,
     rays: u64,
@@ -150,6 +159,14 @@ struct Quantity {
     autocorrelation_time: Option<f64>,
     effective_sample_size: Option<f64>,
     r_hat: Option<f64>,
+    /// The autocorrelation function by lag in steps, over the first chains.
+    autocorrelation: Vec<AtLag>,
+}
+
+#[derive(Debug, Serialize)]
+struct AtLag {
+    lag: u64,
+    correlation: f64,
 }
 
 impl Diagnostics {
@@ -159,6 +176,11 @@ impl Diagnostics {
             autocorrelation_time: mixing.autocorrelation_time,
             effective_sample_size: mixing.effective_sample_size,
             r_hat: mixing.r_hat,
+            autocorrelation: mixing
+                .autocorrelation
+                .iter()
+                .map(|&(lag, correlation)| AtLag { lag, correlation })
+                .collect(),
         };
         Self {
             quantities: report.quantities.iter().map(quantity).collect(),
@@ -175,10 +197,21 @@ struct MutationStats {
     name: &'static str,
     #[serde(flatten)]
     total: TallyStats,
+    /// How far accepted proposals move on the image.
+    jumps: Vec<JumpStats>,
     /// By the number of edges of the path that was to be changed.
     by_length: Map<String, Value>,
     /// By the class of that path, such as LSDE, for paths of up to 8 edges.
     by_class: Map<String, Value>,
+}
+
+/// The share of the accepted weight whose jump is from one distance up to another.
+#[derive(Debug, Serialize)]
+struct JumpStats {
+    from_pixels: f64,
+    /// None: without end.
+    to_pixels: Option<f64>,
+    share: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -231,10 +264,20 @@ impl MutationStats {
         Self {
             name: statistics.name,
             total: TallyStats::new(&statistics.total()),
+            jumps: jumps(statistics),
             by_length: lengths.map(|(length, tally)| (length.to_string(), TallyStats::value(&tally))).collect(),
             by_class: classes.map(|(class, tally)| (class.to_string(), TallyStats::value(&tally))).collect(),
         }
     }
+}
+
+fn jumps(statistics: &MutationStatistics) -> Vec<JumpStats> {
+    let Some(shares) = statistics.jump_shares() else { return Vec::new() };
+    let interval = |i: usize| {
+        let (from_pixels, to) = jump_bounds(i);
+        JumpStats { from_pixels, to_pixels: to.is_finite().then_some(to), share: shares[i] }
+    };
+    (0..JUMP_INTERVALS).map(interval).collect()
 }
 
 fn fault(record: &FaultRecord, statistics: &[MutationStatistics]) -> FaultStats {
@@ -274,6 +317,7 @@ impl Stats {
     /// The facts of a render.
     pub fn new(source: &Source, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
         Self {
+            format: STATS_FORMAT,
             version: env!("CARGO_PKG_VERSION"),
             scene: source.name.clone(),
             method: settings.method.name(),
@@ -285,6 +329,9 @@ impl Stats {
             threads: rendering.threads,
             instructions: rendering.instructions,
             effects: PlanStats::new(&source.plan, &settings.mlt.mutations),
+            census: source.census.clone(),
+            warnings: source.warnings.clone(),
+            notes: source.notes.clone(),
             samples_per_pixel: rendering.samples_per_pixel,
             rays: rendering.counts.rays,
             rays_per_second: rate(rendering.counts.rays, rendering.seconds),

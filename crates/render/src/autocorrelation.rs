@@ -72,15 +72,16 @@ impl Windows {
     }
 }
 
-/// Lags in steps, and the correlation of a quantity with itself so many steps later. Mean and variance are those of all chains
-/// together, so that chains that stay in different places show as a correlation that does not fall to 0.
+/// Lags in steps, and the correlation of a quantity with itself so many steps later: 1 - E[(x' - x)²] / 2σ², which for chains in
+/// their stationary distribution is the autocorrelation, and does not depend on where a short window happens to lie. The variance
+/// is that of all chains together, so that chains that stay in different places show as a correlation that does not fall to 0.
 pub(crate) fn function(chains: &[&Windows], quantity: usize) -> Vec<(u64, f64)> {
+    let values = || chains.iter().flat_map(|chain| (0..LEVELS).flat_map(|level| chain.window(level, quantity)));
+    let count = values().count() as f64;
+    let mean = values().sum::<f64>() / count;
+    let variance = values().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
     let mut function = Vec::new();
     for level in 0..LEVELS {
-        let values = || chains.iter().flat_map(|chain| chain.window(level, quantity));
-        let count = values().count() as f64;
-        let mean = values().sum::<f64>() / count;
-        let variance = values().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count;
         // The lags of the window before end where these begin.
         let first = if level == 0 { 1 } else { LAGS / RATIO as usize };
         for lag in first..LAGS {
@@ -88,11 +89,11 @@ pub(crate) fn function(chains: &[&Windows], quantity: usize) -> Vec<(u64, f64)> 
             for chain in chains {
                 let window = chain.window(level, quantity);
                 for (now, later) in window.clone().zip(window.skip(lag)) {
-                    sum += (now - mean) * (later - mean);
+                    sum += (later - now) * (later - now);
                     pairs += 1;
                 }
             }
-            let correlation = sum / pairs as f64 / variance;
+            let correlation = 1.0 - 0.5 * sum / pairs as f64 / variance;
             if pairs >= LEAST_PAIRS && correlation.is_finite() {
                 function.push((lag as u64 * stride(level), correlation));
             }

@@ -287,7 +287,8 @@ impl Inputs {
             self.reference = Some(self.pictures.len());
             self.push("reference".into(), &file, "what the others are compared with".into(), image)?;
         } else {
-            self.warnings.push(format!("{}: the reference is missing, so no errors by pixel are shown", file.display()));
+            self.warnings
+                .push(format!("{}: the reference is missing, so no errors by pixel are shown", file.display()));
         }
         self.add_title(&shape.scene);
         self.documents.push(Document {

@@ -10,7 +10,7 @@ mod picture;
 
 use std::path::{Path, PathBuf};
 
-use ergodic_assess::{Exposure, Image, RELATIVE_EPSILON, check_writable, compare, write_whole};
+use ergodic_assess::{Exposure, Image, RELATIVE_EPSILON, check_writable, compare_with_map, write_whole};
 use serde_json::json;
 
 use crate::error::CliError;
@@ -62,12 +62,6 @@ fn page(inputs: &Inputs) -> Result<String, CliError> {
     let (mut pictures, mut blobs, mut warnings) = (Vec::new(), Vec::new(), inputs.warnings.clone());
     for (i, shown) in inputs.pictures.iter().enumerate() {
         let packed = picture::pack(&shown.image);
-        if packed.clipped > 0 {
-            warnings.push(format!(
-                "{} values of {} are so much less than its greatest that they are shown as 0",
-                packed.clipped, shown.name
-            ));
-        }
         blobs.push(Blob { id: format!("picture-{i}"), bytes: packed.bytes });
         let against = reference.filter(|_| inputs.reference != Some(i));
         let (comparison, flip) = match against {
@@ -83,6 +77,7 @@ fn page(inputs: &Inputs) -> Result<String, CliError> {
             "width": shown.image.width,
             "height": shown.image.height,
             "scale": packed.scale,
+            "clipped": packed.clipped,
             "flip": has_flip,
             "comparison": comparison,
         }));
@@ -106,8 +101,8 @@ fn compared(
     reference: &Image,
     warnings: &mut Vec<String>,
 ) -> (Option<serde_json::Value>, Option<Vec<u8>>) {
-    match compare(&shown.image, reference) {
-        Ok(c) => {
+    match compare_with_map(&shown.image, reference) {
+        Ok((c, flip)) => {
             let json = json!({
                 "mse": c.mse,
                 "rel_mse": c.rel_mse,
@@ -115,7 +110,7 @@ fn compared(
                 "flip": c.flip,
                 "bias": c.total_mean_ratio - 1.0,
             });
-            (Some(json), Some(picture::pack_flip(&shown.image, reference, c.flip_is_hdr)))
+            (Some(json), Some(picture::pack_flip(&flip)))
         }
         Err(what) => {
             warnings.push(format!("{} cannot be compared with the reference: {what}", shown.name));

@@ -7,7 +7,7 @@
 
 use std::io::Write;
 
-use ergodic_assess::{Image, flip_hdr, flip_ldr};
+use ergodic_assess::Image;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use half::f16;
@@ -51,8 +51,7 @@ pub fn pack(image: &Image) -> Packed {
 }
 
 /// FLIP of every pixel in steps of 1/255, packed.
-pub fn pack_flip(image: &Image, reference: &Image, hdr: bool) -> Vec<u8> {
-    let flip = if hdr { flip_hdr(image, reference) } else { flip_ldr(image, reference) };
+pub fn pack_flip(flip: &[f64]) -> Vec<u8> {
     compress(&flip.iter().map(|v| (v * 255.0).round() as u8).collect::<Vec<u8>>())
 }
 

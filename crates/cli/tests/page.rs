@@ -1,0 +1,471 @@
+//! The page of `ergodic report`: what is in it, and what a browser makes of it.
+
+mod devtools;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use devtools::Browser;
+use ergodic_assess::{Image, read_image};
+use half::f16;
+use serde_json::{Value, json};
+
+/// A folder of its own for each test, removed at the end.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("ergodic-page-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a folder for temporary files");
+        Self(folder)
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ergodic"));
+        command.current_dir(&self.0).args(arguments).output().expect("the command starts")
+    }
+
+    fn must(&self, arguments: &[&str]) {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    /// What the command says when it fails, as it must.
+    fn fails(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?} should fail");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).expect(name)
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.text(name)).expect(name)
+    }
+
+    fn render(&self, stem: &str, method: &str, size: &str) {
+        let scene = scene("glass");
+        let mut arguments =
+            vec!["render", &scene, "-q", "-o", stem, "--method", method, "--size", size, "--threads", "2"];
+        arguments.extend(["--samples-per-pixel", "48", "--set", "mlt.seeding.max_samples=20000"]);
+        self.must(&arguments);
+    }
+
+    fn measure(&self, limit: &str) {
+        let scene = scene("cornell");
+        let mut arguments = vec!["accuracy", &scene, "-q", "-o", "run", "--size", "32x32", "--threads", "2"];
+        arguments.extend(["--methods", "path,mlt", "--replicas", "2", "--first", "20ms", "--time-limit", limit]);
+        arguments.extend(["--set", "mlt.seeding.max_samples=5000", "--set", "mlt.chains=64"]);
+        self.must(&arguments);
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn scene(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes").join(name).join("scene.glb");
+    path.display().to_string()
+}
+
+/// The text of a script element.
+fn held<'a>(page: &'a str, id: &str) -> &'a str {
+    let from = page.split_once(&format!("id=\"{id}\">")).unwrap_or_else(|| panic!("no {id}")).1;
+    from.split_once("</script>").expect("its end").0
+}
+
+fn data(page: &str) -> Value {
+    serde_json::from_str(held(page, "data")).expect("JSON")
+}
+
+/// A picture as it lies in the page.
+fn picture(page: &str, index: usize) -> Image {
+    let about = &data(page)["pictures"][index];
+    let size = |key: &str| about[key].as_u64().expect(key) as usize;
+    let (width, height, scale) = (size("width"), size("height"), about["scale"].as_f64().expect("a scale"));
+    let packed = STANDARD.decode(held(page, &format!("picture-{index}"))).expect("base64");
+    let mut planes = Vec::new();
+    flate2::read::ZlibDecoder::new(&packed[..]).read_to_end(&mut planes).expect("zlib");
+    let n = width * height;
+    let pixel = |i: usize| {
+        let mut bits = 0u16;
+        [0, 1, 2].map(|channel| {
+            let at = 2 * channel * n + i;
+            bits = bits.wrapping_add(u16::from_be_bytes([planes[at], planes[at + n]]));
+            f16::from_bits(bits).to_f64() * scale
+        })
+    };
+    Image { width: width as u32, height: height as u32, pixels: (0..n).map(pixel).collect() }
+}
+
+/// The greatest relative difference; values far below the brightest are compared with what half floats resolve there.
+fn distance(a: &Image, b: &Image) -> f64 {
+    let top = b.pixels.iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
+    let pairs = a.pixels.iter().flatten().zip(b.pixels.iter().flatten());
+    pairs.map(|(a, b)| (a - b).abs() / b.max(1e-8 * top)).fold(0.0, f64::max)
+}
+
+/// All numbers and texts of a document; numbers as JavaScript writes them are told apart by value.
+fn leaves(value: &Value, numbers: &mut BTreeSet<u64>, texts: &mut BTreeSet<String>) {
+    match value {
+        Value::Number(n) => {
+            numbers.insert(n.as_f64().expect("a number").to_bits());
+            texts.insert(n.to_string());
+        }
+        Value::String(s) => {
+            texts.insert(s.clone());
+        }
+        Value::Array(list) => list.iter().for_each(|v| leaves(v, numbers, texts)),
+        Value::Object(map) => map.iter().for_each(|(key, v)| {
+            // Lengths of paths are keys.
+            texts.insert(key.clone());
+            leaves(v, numbers, texts);
+        }),
+        _ => {}
+    }
+}
+
+/// The exact values of a page that its documents do not hold.
+fn unknown(shown: &[String], documents: &[Value]) -> Vec<String> {
+    let (mut numbers, mut texts) = (BTreeSet::new(), BTreeSet::new());
+    documents.iter().for_each(|d| leaves(d, &mut numbers, &mut texts));
+    let known =
+        |text: &String| texts.contains(text) || text.parse::<f64>().is_ok_and(|v| numbers.contains(&v.to_bits()));
+    shown.iter().filter(|text| !known(text)).cloned().collect()
+}
+
+#[test]
+fn a_page_holds_its_documents_word_for_word_and_its_pictures_to_half_precision() {
+    let folder = Folder::new("whole");
+    folder.render("a", "mlt", "32x24");
+    folder.render("b", "path", "32x24");
+    folder.render("long", "bidirectional", "32x24");
+    folder.must(&["report", "a", "b.exr", "--reference", "long.exr", "-q"]);
+    let page = folder.text("a.html");
+    let data = data(&page);
+    assert_eq!(data["documents"][0]["json"], folder.json("a.stats.json"));
+    assert_eq!(data["documents"][1]["json"], folder.json("b.stats.json"));
+    assert_eq!((data["pictures"].as_array().map(Vec::len), &data["reference"]), (Some(3), &json!(2)));
+    for (i, stem) in ["a", "b", "long"].into_iter().enumerate() {
+        let file = read_image(&folder.path(&format!("{stem}.exr"))).unwrap();
+        let mut held = picture(&page, i);
+        assert!(distance(&held, &file) <= 1.0 / 2048.0, "{stem}: {}", distance(&held, &file));
+        // A pixel in the place of its neighbour is noticed.
+        held.pixels.swap(100, 101);
+        assert!(distance(&held, &file) > 1e-3);
+    }
+    // What compare says is what the page says.
+    let c = ergodic_assess::compare(
+        &read_image(&folder.path("a.exr")).unwrap(),
+        &read_image(&folder.path("long.exr")).unwrap(),
+    );
+    assert_eq!(data["pictures"][0]["comparison"]["rel_mse"].as_f64(), Some(c.unwrap().rel_mse));
+    assert!(data["pictures"][2]["comparison"].is_null(), "the reference is not compared with itself");
+}
+
+#[test]
+fn names_cannot_become_markup_and_large_integers_stay_exact() {
+    let folder = Folder::new("names");
+    folder.render("a", "path", "16x16");
+    let mut stats = folder.json("a.stats.json");
+    let evil = "</script><img src=x onerror=alert(1)><!--";
+    stats["scene"] = json!(evil);
+    stats["seed"] = json!(u64::MAX);
+    fs::write(folder.path("a.stats.json"), stats.to_string()).unwrap();
+    folder.must(&["report", "a.stats.json", "-q"]);
+    let page = folder.text("a.html");
+    assert!(!page.contains("<img src=x"));
+    assert_eq!(data(&page)["documents"][0]["json"]["scene"], evil);
+    assert_eq!(data(&page)["documents"][0]["json"]["seed"], u64::MAX.to_string());
+    if let Some(mut browser) = Browser::start(&folder.0) {
+        browser.open(&folder.path("a.html"));
+        assert_eq!(browser.value("document.images.length"), 0);
+        assert_eq!(browser.value("document.body.innerText.includes('onerror=alert(1)')"), true, "shown as text");
+        assert_eq!(browser.value("document.body.innerText.includes('18446744073709551615')"), true);
+        assert_eq!(browser.complaints(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn what_is_wrong_is_named_and_nothing_is_left_behind() {
+    let folder = Folder::new("wrong");
+    folder.render("a", "mlt", "16x16");
+    folder.render("b", "path", "24x16");
+    let text = folder.text("a.stats.json");
+    let with = |name: &str, change: &dyn Fn(&mut Value)| {
+        let mut stats: Value = serde_json::from_str(&text).unwrap();
+        change(&mut stats);
+        fs::write(folder.path(&format!("{name}.stats.json")), stats.to_string()).unwrap();
+    };
+    with("alone", &|_| {});
+    with("future", &|stats| stats["format"] = json!(99));
+    with("old", &|stats| drop(stats.as_object_mut().unwrap().remove("format")));
+    with("cut", &|stats| stats["mutation_statistics"][1]["by_length"] = json!({ "3": { "proposed": -1 } }));
+    fs::write(folder.path("broken.json"), "{\n  \"format\": 1,\n").unwrap();
+    fs::write(folder.path("other.json"), "{}").unwrap();
+    let cases: [(&[&str], &[&str]); 10] = [
+        (&["report"], &["FILE"]),
+        (&["report", "none"], &["none", "no such file", "ergodic render"]),
+        (&["report", "alone.stats.json"], &["alone.exr", "missing", "render again"]),
+        (&["report", "future.stats.json"], &["future.stats.json", "format 99", "reads format 1", "Render again"]),
+        (&["report", "old.stats.json"], &["old.stats.json", "older", "Render again"]),
+        (&["report", "cut.stats.json"], &["cut.stats.json", "mutation_statistics[1]", "Render again"]),
+        (&["report", "broken.json"], &["broken.json", "line 3", "not JSON"]),
+        (&["report", "other.json"], &["other.json", "neither"]),
+        (&["report", "a", "b"], &["b.exr", "24 x 16", "a.exr", "16 x 16", "--size 16x16"]),
+        (&["report", "a", "-o", "nowhere/page.html"], &["nowhere/page.html", "folder"]),
+    ];
+    for (arguments, words) in cases {
+        let said = folder.fails(arguments);
+        for word in words {
+            assert!(said.contains(word), "{arguments:?} does not say {word}:\n{said}");
+        }
+    }
+    let reference = folder.fails(&["report", "a", "--reference", "b.exr"]);
+    assert!(reference.contains("b.exr") && reference.contains("24 x 16"), "{reference}");
+    let names = fs::read_dir(&folder.0).unwrap().flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let pages: Vec<String> = names.filter(|n| n.contains("html") || n.ends_with(".part")).collect();
+    assert!(pages.is_empty(), "{pages:?}");
+    // A cut file, and one whose size is not that of its statistics.
+    with("b", &|_| {});
+    assert!(folder.fails(&["report", "b"]).contains("another render"));
+}
+
+#[test]
+fn accuracy_keeps_pictures_that_survive_stop_and_resume() {
+    let folder = Folder::new("accuracy");
+    folder.measure("2s");
+    let budget = |name: &str| {
+        let run = folder.json("run.json");
+        let method = run["methods"].as_array().unwrap().iter().find(|m| m["name"] == name).unwrap().clone();
+        let file = method["picture"]["file"].as_str().expect("a picture was kept").to_string();
+        let image = read_image(&folder.path(&file)).unwrap();
+        assert_eq!((image.width, image.height), (32, 32));
+        let reference = read_image(&folder.path(run["reference"]["file"].as_str().unwrap())).unwrap();
+        let mse = ergodic_assess::compare(&image, &reference).unwrap().flip;
+        // The picture is the one whose errors are written.
+        assert!((mse - method["picture"]["flip"].as_f64().unwrap()).abs() < 1e-3, "{name}");
+        method["picture"]["budget_seconds"].as_f64().unwrap()
+    };
+    let before = [budget("path"), budget("mlt")];
+    folder.measure("8s");
+    let after = [budget("path"), budget("mlt")];
+    assert!(after[0] > before[0] && after[1] > before[1], "{before:?} {after:?}");
+    folder.must(&["report", "run.json", "-q"]);
+    let names =
+        |page: &str| data(page)["pictures"].as_array().unwrap().iter().map(|p| p["name"].clone()).collect::<Vec<_>>();
+    assert_eq!(names(&folder.text("run.html")), ["path", "mlt", "reference"]);
+    // A picture that got lost is a warning, and a reference of one's own a contradiction.
+    fs::remove_file(folder.path("run.path.picture.exr")).unwrap();
+    folder.must(&["report", "run", "-q"]);
+    let page = folder.text("run.html");
+    assert_eq!(names(&page), ["mlt", "reference"]);
+    assert!(data(&page)["warnings"][0].as_str().unwrap().contains("run.path.picture.exr"));
+    assert!(folder.fails(&["report", "run", "--reference", "run.reference.exr"]).contains("leave --reference out"));
+}
+
+/// Looks at a page in light and dark, wide and narrow: nothing sticks out, texts stand out from their ground. Pictures of it are left
+/// for people in the target folder.
+fn look(browser: &mut Browser, name: &str) {
+    for (width, scheme) in [(1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")] {
+        browser.look(width, 900, scheme);
+        browser.value("window.scrollTo({ top: 0, behavior: 'instant' })");
+        browser.settle();
+        assert_eq!(browser.value("document.documentElement.dataset.theme"), scheme);
+        assert_eq!(browser.value("document.documentElement.scrollWidth"), width, "nothing is wider than the window");
+        let shot = browser.screenshot();
+        fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{name}-{width}-{scheme}.png")), shot)
+            .unwrap();
+        // WCAG 2.1, 1.4.3: a contrast of 4.5 for texts.
+        let faint = browser.value(
+            "(() => { const rgb = (c) => c.match(/[0-9.]+/g).map(Number); \
+             const light = (c) => rgb(c).slice(0, 3).map((v) => v / 255).map((v) => v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4) \
+             .reduce((s, v, i) => s + v * [0.2126, 0.7152, 0.0722][i], 0); \
+             const ground = (e) => { for (; e; e = e.parentElement) { const c = getComputedStyle(e).backgroundColor; \
+             if ((rgb(c)[3] ?? 1) > 0.5) return c; } return 'rgb(255, 255, 255)'; }; \
+             return [...document.querySelectorAll('p, a, td, th, dt, dd, button, caption, li, summary, h1, h2, h3')].filter((e) => { \
+             const [a, b] = [light(getComputedStyle(e).color), light(ground(e))].sort((x, y) => y - x); \
+             return (a + 0.05) / (b + 0.05) < 4.5; }).map((e) => e.outerHTML.slice(0, 80)); })()",
+        );
+        assert_eq!(faint, json!([]), "{scheme}");
+    }
+    browser.look(1280, 900, "light");
+}
+
+/// All exact values that a page shows.
+fn shown(browser: &mut Browser) -> Vec<String> {
+    let list = browser.value("[...document.querySelectorAll('[data-value]')].map((e) => e.dataset.value)");
+    list.as_array().expect("a list").iter().map(|v| v.as_str().expect("a text").to_string()).collect()
+}
+
+/// Cells of numbers and of values in the page's tables without an exact value beside them.
+const BARE: &str = "[...document.querySelectorAll('.scroll tbody td.number')].filter((c) => /[0-9]/.test(c.textContent) && \
+                    !c.querySelector('[data-value], [data-measured]')).map((c) => c.textContent)";
+
+/// Figures whose shown text is not their exact value, rounded, as it is, in percent or in millions.
+const MISREAD: &str = "[...document.querySelectorAll('data[data-value], data[data-measured]')].filter((e) => { \
+    const exact = Number(e.value); const text = Number(e.textContent.replaceAll('\\u2212', '-').replaceAll('\\u202f', '').replace(/[^-+.e0-9]/g, '')); \
+    return !(Number.isNaN(exact) || [1, 100, 1e-6].some((f) => Math.abs(text - f * exact) <= 0.0055 * Math.abs(f * exact) + 1e-9)); \
+    }).map((e) => [e.value, e.textContent])";
+
+#[test]
+fn a_browser_shows_a_render_as_it_is() {
+    let folder = Folder::new("render");
+    folder.render("a", "mlt", "32x24");
+    folder.must(&["report", "a", "-q"]);
+    let Some(mut browser) = Browser::start(&folder.0) else { return };
+    browser.open(&folder.path("a.html"));
+    let stats = folder.json("a.stats.json");
+    let mut values = shown(&mut browser);
+    assert!(values.len() > 300, "{}", values.len());
+    assert_eq!(unknown(&values, std::slice::from_ref(&stats)), Vec::<String>::new());
+    // A figure that is not in the file is noticed.
+    values.push("0.123456789".into());
+    assert_eq!(unknown(&values, &[stats]), ["0.123456789"]);
+    assert_eq!(browser.value(BARE), json!([]));
+    assert_eq!(browser.value(MISREAD), json!([]));
+    browser.value("(() => { const e = document.querySelector('td data[data-value]'); e.dataset.was = e.textContent; e.textContent = '12345'; })()");
+    assert_eq!(browser.value(MISREAD).as_array().map(Vec::len), Some(1), "a wrong text is noticed");
+    browser.value("(() => { const e = document.querySelector('[data-was]'); e.textContent = e.dataset.was; })()");
+
+    // At exposure 0 the canvas has the colours of the PNG.
+    let png = read_image(&folder.path("a.png")).unwrap();
+    let encode = |v: f64| 255.0 * if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+    let colors = browser.value(
+        "(() => { const c = document.querySelector('.stage canvas'), p = c.getContext('2d'), s = Math.min(c.width / 32, c.height / 24), \
+         l = (c.width - 32 * s) / 2, t = (c.height - 24 * s) / 2, all = []; for (let y = 0; y < 24; y++) for (let x = 0; x < 32; x++) \
+         all.push([...p.getImageData(l + (x + 0.5) * s, t + (y + 0.5) * s, 1, 1).data]); return all; })()",
+    );
+    let worst = (0..32 * 24)
+        .flat_map(|i| (0..3).map(move |c| (i, c)))
+        .map(|(i, c)| (colors[i][c].as_f64().expect("a colour") - encode(png.pixels[i][c])).abs());
+    let worst = worst.fold(0.0, f64::max);
+    assert!(worst <= 1.6, "{worst}");
+
+    // The table of mutations sorts, both ways.
+    let order = "[...document.querySelectorAll('table')].find((t) => t.caption.textContent.startsWith('All proposals')).tBodies[0]";
+    let head = "[...document.querySelectorAll('table')].find((t) => t.caption.textContent.startsWith('All proposals')).tHead.rows[0]";
+    browser.value(&format!("{head}.cells[1].querySelector('button').id = 'sort-me'"));
+    let column = |browser: &mut Browser| -> Vec<f64> {
+        let list =
+            browser.value(&format!("[...{order}.rows].map((r) => Number(r.cells[1].querySelector('data').value))"));
+        list.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
+    };
+    let before = column(&mut browser);
+    browser.click("#sort-me");
+    let down = column(&mut browser);
+    assert!(down.is_sorted_by(|a, b| a >= b) && down != before, "{before:?} {down:?}");
+    assert_eq!(browser.value(&format!("{head}.cells[1].ariaSort")), "descending");
+    browser.press("Enter", 0);
+    browser.value("document.getElementById('sort-me').click()");
+    let up = column(&mut browser);
+    assert!(up.is_sorted() && up.len() == before.len(), "{up:?}");
+    assert_eq!(browser.value(&format!("{head}.cells[1].ariaSort")), "ascending");
+
+    look(&mut browser, "render");
+    // Every graphic, field and table has a name.
+    let nameless = browser.value(
+        "[...document.querySelectorAll('svg[role=img], input, select, table')].filter((e) => !(e.querySelector(':scope > title')?.textContent || \
+         e.labels?.length || e.ariaLabel || e.caption?.textContent)).map((e) => e.outerHTML.slice(0, 80))",
+    );
+    assert_eq!(nameless, json!([]));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+}
+
+#[test]
+fn the_slider_moves_the_pictures_flip_and_pixels_are_read() {
+    let folder = Folder::new("slider");
+    folder.measure("3s");
+    folder.must(&["report", "run.json", "-q"]);
+    let Some(mut browser) = Browser::start(&folder.0) else { return };
+    browser.open(&folder.path("run.html"));
+    let run = folder.json("run.json");
+    let values = shown(&mut browser);
+    assert!(values.len() > 60, "{}", values.len());
+    assert_eq!(unknown(&values, &[run]), Vec::<String>::new());
+    assert_eq!((browser.value(BARE), browser.value(MISREAD)), (json!([]), json!([])));
+
+    // The slider, by mouse and by keys. Left of it is the first picture, right of it the reference.
+    let now = "Number(document.querySelector('[role=slider]').getAttribute('aria-valuenow'))";
+    let column = "(() => { const c = document.querySelector('.stage canvas'); const k = Math.round(c.width * 0.4); \
+                  return [...c.getContext('2d').getImageData(k, 0, 1, c.height).data].join(); })()";
+    assert_eq!(browser.value(now), 50);
+    let first = browser.value(column);
+    let at = browser.middle("[role=slider]");
+    let width = browser.value("document.querySelector('.stage').clientWidth").as_f64().unwrap();
+    browser.mouse("mousePressed", at);
+    for step in 1..=4 {
+        browser.mouse("mouseMoved", (at.0 - 0.05 * f64::from(step) * width, at.1));
+    }
+    browser.mouse("mouseReleased", (at.0 - 0.2 * width, at.1));
+    browser.settle();
+    assert_eq!(browser.value(now), 30);
+    let second = browser.value(column);
+    assert_ne!(first, second, "what was left of the slider is now right of it");
+    browser.press("ArrowRight", 0);
+    assert_eq!(browser.value(now), 31);
+    browser.press("End", 0);
+    assert_eq!((browser.value(now), browser.value(column) == first), (json!(100), true));
+
+    // Keys flip: the second picture in the place of the first.
+    browser.press("2", 0);
+    assert_eq!(browser.value("document.querySelector('.tab[aria-pressed=true]').textContent"), "2mlt");
+    assert_ne!(browser.value(column), first);
+    browser.value("document.querySelector('.stage').focus()");
+    browser.press(" ", 0);
+    assert_eq!(browser.value("document.querySelector('.label.left').textContent"), "reference");
+    browser.press("1", 0);
+
+    // A pixel, read by its place and by keys, is the one of the file.
+    let file = read_image(&folder.path("run.path.picture.exr")).unwrap();
+    browser.value(
+        "(() => { const [x, y] = document.querySelectorAll('.place input'); x.value = 5; y.value = 7; y.dispatchEvent(new Event('change')); })()",
+    );
+    let row = "[...document.querySelectorAll('.values tbody tr')].find((r) => r.cells[0].textContent === 'path')";
+    let read = |browser: &mut Browser, x: usize, y: usize| {
+        let list = browser.value(&format!("[1, 2, 3].map((i) => Number({row}.cells[i].querySelector('data').value))"));
+        let pixel = file.pixels[y * 32 + x];
+        (0..3).map(|c| (list[c].as_f64().unwrap() - pixel[c]).abs() / pixel[c].max(1e-6)).fold(0.0, f64::max)
+    };
+    assert!(read(&mut browser, 5, 7) < 1e-3 && read(&mut browser, 6, 7) > 1e-3, "this pixel, and not its neighbour");
+    browser.value("document.querySelector('.stage').focus()");
+    browser.press("ArrowDown", 8);
+    assert!(read(&mut browser, 5, 8) < 1e-3);
+    browser.wait_for("document.querySelector('[aria-live]').textContent.startsWith('pixel 5, 8: path')");
+
+    // Zoom by keys and wheel; errors in false colour; dark and light.
+    let zoom = "document.querySelector('.under output').textContent";
+    let far = browser.value(zoom);
+    browser.press("+", 0);
+    assert_ne!(browser.value(zoom), far);
+    let plain = browser.value(column);
+    browser.value("(() => { const s = [...document.querySelectorAll('select')].find((s) => s.labels[0].textContent.startsWith('show')); \
+                   s.selectedIndex = 2; s.dispatchEvent(new Event('change')); })()");
+    browser.settle();
+    assert_ne!(browser.value(column), plain);
+    let ground = "getComputedStyle(document.body).backgroundColor";
+    let before = browser.value(ground);
+    browser.click("#theme");
+    assert_ne!(browser.value(ground), before);
+    browser.click("#theme");
+    browser.open(&folder.path("run.html"));
+    look(&mut browser, "accuracy");
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+    // The tests' own check of complaints sees an error.
+    browser.value("console.error('planted')");
+    assert_eq!(browser.complaints().len(), 1);
+}

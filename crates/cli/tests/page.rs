@@ -262,7 +262,7 @@ fn accuracy_keeps_pictures_that_survive_stop_and_resume() {
         method["picture"]["budget_seconds"].as_f64().unwrap()
     };
     let before = [budget("path"), budget("mlt")];
-    folder.measure("8s");
+    folder.measure("5s");
     let after = [budget("path"), budget("mlt")];
     assert!(after[0] > before[0] && after[1] > before[1], "{before:?} {after:?}");
     folder.must(&["report", "run.json", "-q"]);
@@ -365,15 +365,14 @@ fn a_browser_shows_a_render_as_it_is() {
             browser.value(&format!("[...{order}.rows].map((r) => Number(r.cells[1].querySelector('data').value))"));
         list.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
     };
-    let before = column(&mut browser);
     browser.click("#sort-me");
     let down = column(&mut browser);
-    assert!(down.is_sorted_by(|a, b| a >= b) && down != before, "{before:?} {down:?}");
+    assert!(down.len() == 4 && down.is_sorted_by(|a, b| a >= b), "{down:?}");
     assert_eq!(browser.value(&format!("{head}.cells[1].ariaSort")), "descending");
+    // The click has left the focus there.
     browser.press("Enter", 0);
-    browser.value("document.getElementById('sort-me').click()");
     let up = column(&mut browser);
-    assert!(up.is_sorted() && up.len() == before.len(), "{up:?}");
+    assert!(up.len() == 4 && up.is_sorted() && up != down, "{up:?}");
     assert_eq!(browser.value(&format!("{head}.cells[1].ariaSort")), "ascending");
 
     look(&mut browser, "render");

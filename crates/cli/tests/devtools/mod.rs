@@ -158,6 +158,8 @@ impl Browser {
         let mut down = json!({ "type": "keyDown", "key": key, "code": key, "modifiers": modifiers });
         if key.chars().count() == 1 {
             down["text"] = json!(key);
+        } else if key == "Enter" {
+            down["text"] = json!("\r");
         }
         self.call("Input.dispatchKeyEvent", down);
         self.call(
@@ -189,7 +191,7 @@ impl Browser {
             match event["method"].as_str()? {
                 "Runtime.exceptionThrown" => Some(parameters["exceptionDetails"].to_string()),
                 "Runtime.consoleAPICalled" if parameters["type"] == "error" => Some(parameters.to_string()),
-                "Log.entryAdded" => Some(parameters["entry"].to_string()),
+                "Log.entryAdded" if parameters["entry"]["level"] == "error" => Some(parameters["entry"].to_string()),
                 "Network.requestWillBeSent" => {
                     let url = parameters["request"]["url"].as_str()?;
                     (!url.starts_with("file://") && !url.starts_with("about:")).then(|| format!("asked for {url}"))

@@ -288,8 +288,8 @@ fn look(browser: &mut Browser, name: &str) {
         assert_eq!(browser.value("document.documentElement.dataset.theme"), scheme);
         assert_eq!(browser.value("document.documentElement.scrollWidth"), width, "nothing is wider than the window");
         let shot = browser.screenshot();
-        fs::write(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{name}-{width}-{scheme}.png")), shot)
-            .unwrap();
+        let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("page-{name}-{width}-{scheme}.png"));
+        fs::write(file, shot).expect("the target folder can be written");
         // WCAG 2.1, 1.4.3: a contrast of 4.5 for texts.
         let faint = browser.value(
             "(() => { const rgb = (c) => c.match(/[0-9.]+/g).map(Number); \

@@ -132,7 +132,7 @@ function table(caption, columns, rows, options = {}) {
   }
   draw();
   const shown = element("table", { class: options.class }, element("caption", {}, caption), element("thead", {}, element("tr", {}, heads)), body);
-  return element("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": `${caption}, table` }, shown);
+  return element("div", { class: "scroll", tabindex: "0", role: "group", "aria-label": `${caption}, table` }, shown);
 }
 
 function figureOrText(value) {

@@ -32,8 +32,9 @@ function viewer(pictures, reference) {
   const drawn = new Map();
   const factor = () => data.exposure * 2 ** state.stops;
   function image(picture) {
-    const view = VIEWS[state.view];
-    const key = `${state.view} ${state.tone} ${view.error ? 0 : state.stops}`;
+    // The reference has no error, so it stays a picture to compare errors with.
+    const view = VIEWS[state.view].error && picture === reference ? VIEWS[0] : VIEWS[state.view];
+    const key = `${view.name} ${state.tone} ${view.error ? 0 : state.stops}`;
     let known = drawn.get(picture.index);
     if (!known) {
       const surface = element("canvas", { width, height });
@@ -188,6 +189,7 @@ function viewer(pictures, reference) {
   }
 
   function update() {
+    stage.style.aspectRatio = `${state.layout === SIDE ? 2 * width : width} / ${height}`;
     showLabels();
     showReadout();
     showLegend();
@@ -311,7 +313,6 @@ function viewer(pictures, reference) {
   new ResizeObserver(() => update()).observe(stage);
 
   const several = pictures.length > 1;
-  stage.style.aspectRatio = `${width} / ${height}`;
   const lost = pictures.filter((p) => p.clipped).map((p) => `${p.clipped} of ${p.name}`);
   const keys = element("details", {}, element("summary", {}, "Keys and mouse"), element("p", { id: "viewer-keys", class: "muted" },
     "Wheel, + and − zoom, 0 shows all. Drag or the arrow keys move the picture; Shift and the arrow keys move the pixel that is read. ",

@@ -359,6 +359,13 @@ const MISREAD: &str = "[...document.querySelectorAll('data[data-value], data[dat
     return !(Number.isNaN(exact) || [1, 100, 1e-6].some((f) => Math.abs(text - f * exact) <= 0.0055 * Math.abs(f * exact) + 1e-9)); \
     }).map((e) => [e.value, e.textContent])";
 
+/// Marks and numbers of plots that are not inside them, and axes with fewer than two numbers.
+const ASTRAY: &str = "[...document.querySelectorAll('.plot')].flatMap((p) => { const b = p.viewBox.baseVal; \
+    const marks = [...p.querySelectorAll('circle, rect, line')].filter((e) => { const g = e.getBBox(); \
+    return !(g.x >= 0 && g.y >= 0 && g.x + g.width <= b.width + 0.01 && g.y + g.height <= b.height + 0.01); }); \
+    const numbers = p.querySelectorAll('text:not(.axis)').length; \
+    return marks.map((e) => e.outerHTML.slice(0, 120)).concat(numbers < 4 ? ['few numbers: ' + p.textContent.slice(0, 60)] : []); })";
+
 #[test]
 fn a_browser_shows_a_render_as_it_is() {
     let folder = Folder::new("render");
@@ -413,6 +420,7 @@ fn a_browser_shows_a_render_as_it_is() {
     assert_eq!(browser.value(&format!("{head}.cells[1].ariaSort")), "ascending");
 
     look(&mut browser, "render");
+    assert_eq!(browser.value(ASTRAY), json!([]));
     // Every graphic, field and table has a name.
     let nameless = browser.value(
         "[...document.querySelectorAll('svg[role=img], input, select, table')].filter((e) => !(e.querySelector(':scope > title')?.textContent || \
@@ -434,6 +442,11 @@ fn the_slider_moves_the_pictures_flip_and_pixels_are_read() {
     assert!(values.len() > 60, "{}", values.len());
     assert_eq!(unknown(&values, &[run]), Vec::<String>::new());
     assert_eq!((browser.value(BARE), browser.value(MISREAD)), (json!([]), json!([])));
+
+    assert!(browser.value("document.querySelectorAll('.plot circle').length").as_u64() >= Some(6));
+    assert_eq!(browser.value(ASTRAY), json!([]));
+    browser.value("document.querySelector('.plot circle').setAttribute('cx', -20)");
+    assert_eq!(browser.value(ASTRAY).as_array().map(Vec::len), Some(1), "a mark beside its plot is noticed");
 
     // The slider, by mouse and by keys. Left of it is the first picture, right of it the reference.
     let now = "Number(document.querySelector('[role=slider]').getAttribute('aria-valuenow'))";

@@ -24,10 +24,12 @@ function axis(values, logarithmic, from, to, room = 0.04) {
   // Less than a decade shows too few of these.
   if (ticks.length < 3) {
     ticks.length = 0;
-    if (logarithmic) [low, high] = [10 ** low, 10 ** high];
-    const rough = (high - low) / 6, power = 10 ** Math.floor(Math.log10(rough));
+    const [first, last] = logarithmic ? [10 ** low, 10 ** high] : [low, high];
+    const rough = (last - first) / 6, power = 10 ** Math.floor(Math.log10(rough));
     const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= rough);
-    for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) ticks.push(Math.abs(v) < 1e-9 * step ? 0 : v);
+    for (let v = Math.ceil(first / step) * step; v <= last + 1e-9 * step; v += step) {
+      if (!logarithmic || v > 0) ticks.push(Math.abs(v) < 1e-9 * step ? 0 : v);
+    }
   }
   return { at, ticks };
 }

@@ -25,7 +25,7 @@ function accuracySections(document_) {
   parts.push(facts([
     ["scene", run.scene], ["size", element("span", {}, figure(run.size[0]), " × ", figure(run.size[1]))], ["replicas", run.replicas], ["version", run.version],
     ["processor", run.machine.processor], ["threads", run.machine.threads], ["reference", run.reference.origin],
-    ["its relative error", run.reference.relative_error_of_the_mean, percent], ["its relMSE, taken off", run.reference.rel_mse_of_its_own],
+    ["relative error of its mean", run.reference.relative_error_of_the_mean, percent], ["its relMSE, taken off", run.reference.rel_mse_of_its_own],
   ]));
 
   const goals = methods[0]?.time_to_reach.map((t) => t.rel_mse) ?? [];
@@ -219,7 +219,7 @@ function renderSections(document_) {
     ["wall time", run.wall_seconds, seconds], ["threads", run.threads], ["instructions", run.instructions], ["version", run.version],
     [run.chains === undefined ? "samples a pixel" : "mutations a pixel", run.samples_per_pixel], ["rays", run.rays], ["rays a second", run.rays_per_second, rate],
     ["mean radiance", element("span", {}, run.mean.map((v, i) => [i ? " " : "", figure(v)]))],
-    ["b", run.b], ["its relative error", run.b_relative_error, percent], ["seeding samples", run.seeding_samples], ["chains", run.chains],
+    ["b", run.b], ["relative error of b", run.b_relative_error, percent], ["seeding samples", run.seeding_samples], ["chains", run.chains],
     ["mutations", run.mutations], ["mutations a second", run.mutations_per_second, rate], ["seeding", run.seeding_seconds, seconds],
     ["direct light", run.direct_seconds, seconds], ["chains took", run.mutation_seconds, seconds],
   ])];

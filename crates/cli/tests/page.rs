@@ -438,12 +438,18 @@ fn the_slider_moves_the_pictures_flip_and_pixels_are_read() {
     let Some(mut browser) = Browser::start(&folder.0) else { return };
     browser.open(&folder.path("run.html"));
     let run = folder.json("run.json");
+    let positive = |point: &&Value| point["rel_mse"]["value"].as_f64() > Some(0.0);
+    let of_method =
+        |method: &Value| method["points"].as_array().expect("points").iter().filter(positive).count() as u64;
+    let points: u64 = run["methods"].as_array().expect("methods").iter().map(of_method).sum();
+    assert!(points > 0);
     let values = shown(&mut browser);
     assert!(values.len() > 60, "{}", values.len());
     assert_eq!(unknown(&values, &[run]), Vec::<String>::new());
     assert_eq!((browser.value(BARE), browser.value(MISREAD)), (json!([]), json!([])));
 
-    assert!(browser.value("document.querySelectorAll('.plot circle').length").as_u64() >= Some(6));
+    let marks = browser.value("document.querySelectorAll('.plot circle').length").as_u64();
+    assert_eq!(marks, Some(points), "a mark for each error that a logarithm can show");
     assert_eq!(browser.value(ASTRAY), json!([]));
     browser.value("document.querySelector('.plot circle').setAttribute('cx', -20)");
     assert_eq!(browser.value(ASTRAY).as_array().map(Vec::len), Some(1), "a mark beside its plot is noticed");

@@ -69,7 +69,7 @@ mod tests {
         let page = assemble(name, &json!({ "title": name }), &[blob]).unwrap();
         assert!(!page.contains("<img src=x") && !page.contains("<!--<script"));
         assert!(page.contains("&lt;/script&gt;&lt;img src=x"));
-        // Four of the page's own: data, a picture, and the script, of which each is closed once.
+        // Three of the page's own: data, a picture and the script, each closed once.
         assert_eq!(page.matches("</script>").count(), 3);
         assert!(page.contains(">AQID</script>"));
         let data = page.split("id=\"data\">").nth(1).unwrap().split("</script>").next().unwrap();

@@ -7,8 +7,8 @@ use ergodic_assess::{Image, read_image};
 use serde_json::{Value, json};
 
 use crate::error::CliError;
-use crate::page::input::shape::{AccuracyShape, StatsShape};
 use crate::{accuracy, report};
+use shape::{AccuracyShape, StatsShape};
 
 mod shape;
 

@@ -34,6 +34,15 @@ pub struct Comparison {
 ///
 /// A sentence that names both sizes if they differ, or the first value that is not finite.
 pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, String> {
+    compare_with_map(image, reference).map(|(comparison, _)| comparison)
+}
+
+/// The same, with FLIP of each pixel.
+///
+/// # Errors
+///
+/// Like [`compare`].
+pub fn compare_with_map(image: &Image, reference: &Image) -> Result<(Comparison, Vec<f64>), String> {
     let size = |image: &Image| (image.width, image.height);
     if size(image) != size(reference) {
         return Err(format!(
@@ -67,7 +76,7 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, String> {
     let beyond_white = |image: &Image| image.pixels.iter().flatten().any(|&v| v > 1.0);
     let flip_is_hdr = beyond_white(image) || beyond_white(reference);
     let flip = if flip_is_hdr { flip_hdr(image, reference) } else { flip_ldr(image, reference) };
-    Ok(Comparison {
+    let comparison = Comparison {
         mse: mse / values,
         rel_mse: mean(&relative),
         trimmed_rel_mse: mean(&relative[..kept]),
@@ -75,5 +84,6 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, String> {
         total_mean_ratio: sum(mean_image) / sum(mean_reference),
         flip: mean(&flip),
         flip_is_hdr,
-    })
+    };
+    Ok((comparison, flip))
 }

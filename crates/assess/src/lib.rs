@@ -12,7 +12,7 @@ mod reference;
 mod replicas;
 mod tone;
 
-pub use compare::{Comparison, RELATIVE_EPSILON, TRIMMED_SHARE, compare};
+pub use compare::{Comparison, RELATIVE_EPSILON, TRIMMED_SHARE, compare, compare_with_map};
 pub use exr_file::{Attribute, Window, write_exr};
 pub use files::{FileError, check_writable, write_whole};
 pub use flip::{flip_hdr, flip_ldr};

@@ -39,6 +39,31 @@ impl PlanStats {
     }
 }
 
+/// What a scene has of an effect.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct CensusRow {
+    effect: String,
+    found: bool,
+    /// Where: materials, lights, triangles; empty if it has nothing of it.
+    place: String,
+    /// What it means for the render, or what is saved.
+    consequence: String,
+}
+
+/// All effects, those that the scene has first.
+pub fn rows(census: &Census, description: &SceneDescription) -> Vec<CensusRow> {
+    let found = census.effects();
+    let row = |finding: &Finding| {
+        let (effect, found) = (finding.effect, found.has(finding.effect));
+        let consequence = if found { effect.when_on() } else { effect.when_off() };
+        let place = if found { place(finding, description) } else { String::new() };
+        CensusRow { effect: effect.name().into(), found, place, consequence: consequence.into() }
+    };
+    let mut rows: Vec<CensusRow> = census.findings().iter().map(row).collect();
+    rows.sort_by_key(|row| !row.found);
+    rows
+}
+
 fn place(finding: &Finding, description: &SceneDescription) -> String {
     let mut parts = Vec::new();
     let plural = |n: u64, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };

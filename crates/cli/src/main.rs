@@ -10,6 +10,7 @@ mod inspect;
 mod options;
 mod output;
 mod override_path;
+mod page;
 mod progress;
 mod render;
 mod report;
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
             Ok(0)
         }
         Command::Inspect(options) => inspect::run(&options).map(|()| 0),
+        Command::Report(options) => page::run(&options).map(|()| 0),
         Command::Compare(options) => compare::run(&options).map(|()| 0),
         Command::Accuracy(options) => {
             accuracy::run(&options).map(|interrupted| if interrupted { INTERRUPTED } else { 0 })

@@ -16,6 +16,7 @@ Examples:
   ergodic config > my.ron                            every setting, explained, to start from
   ergodic inspect room.glb                           what a file holds, and what is not supported
   ergodic accuracy room.glb --time-limit 20m         which method is best for this scene, and how long it takes
+  ergodic report room.accuracy.json                  one page to look at it: room.accuracy.html
   ergodic compare out/ring.exr reference.exr         how far one picture is from another
   ergodic stats a.stats.json b.stats.json            what the mutations of two renders did, and by how much they differ
   ergodic verify cornell --method path               whether this build still makes the stored reference";
@@ -40,6 +41,8 @@ pub enum Command {
     Inspect(InspectOptions),
     /// Tell how far an image is from a reference
     Compare(CompareOptions),
+    /// Make one HTML page of a render or of an accuracy run, to look at, compare and measure
+    Report(ReportOptions),
     /// Measure error against time for several methods on a scene, and say which is best
     Accuracy(AccuracyOptions),
     /// Test this build against the stored reference images, by statistics over independent replicas
@@ -162,6 +165,33 @@ pub struct CompareOptions {
     pub image: PathBuf,
     /// The image it should be like
     pub reference: PathBuf,
+}
+
+const REPORT_HELP: &str = "\
+Examples:
+  ergodic report ajar.stats.json                     ajar.html: the picture, its statistics, the config
+  ergodic report mlt path -o both.html               mlt.stats.json and path.stats.json, to flip between
+  ergodic report mlt path --reference long.exr       with errors against a reference, by pixel
+  ergodic report room.accuracy.json                  curves, tables and the picture of every method
+
+The page is one file. It needs no network and opens from disk in any browser of 2023 or later.";
+
+/// Options of `report`.
+#[derive(Debug, Args)]
+#[command(after_help = REPORT_HELP)]
+pub struct ReportOptions {
+    /// STEM.stats.json or STEM.exr of a render, STEM.json of an accuracy run, a stem of either, or any image. Pictures of one size
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// The picture that renders are compared with; an accuracy run brings its own
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// The page; the first file's name with .html by default
+    #[arg(short, long, value_name = "FILE.html")]
+    pub output: Option<PathBuf>,
+    /// Print errors only
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// How much work `verify` puts into each case.

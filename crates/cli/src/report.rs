@@ -3,16 +3,19 @@
 use ergodic_metropolis::Fault;
 use ergodic_mutations::Rejection;
 use ergodic_pathspace::stability::{LeftOut, Place};
-use ergodic_render::statistics::{MutationStatistics, Tally};
+use ergodic_render::statistics::{JUMP_INTERVALS, MutationStatistics, Tally, jump_bounds};
 use ergodic_render::{FaultRecord, Mixing, MixingReport, MltReport, Rendering, Settings};
 
 use crate::census::PlanStats;
 use crate::progress::human_time;
 use crate::source::Source;
 use crate::stats::format::{
-    Diagnostics, FaultStats, MltStats, MutationStats, Quantity, StabilityStats, Stats, TallyStats,
+    AtLag, Diagnostics, FaultStats, JumpStats, MltStats, MutationStats, Quantity, StabilityStats, Stats, TallyStats,
 };
 use crate::{config, table};
+
+/// What STEM.stats.json says of how it is written; another number for what programs that read it would misread.
+pub const STATS_FORMAT: u64 = 1;
 
 impl StabilityStats {
     fn new(rendering: &Rendering) -> Self {
@@ -76,6 +79,11 @@ impl Diagnostics {
             autocorrelation_time: mixing.autocorrelation_time,
             effective_sample_size: mixing.effective_sample_size,
             r_hat: mixing.r_hat,
+            autocorrelation: mixing
+                .autocorrelation
+                .iter()
+                .map(|&(lag, correlation)| AtLag { lag, correlation })
+                .collect(),
         };
         Self {
             quantities: report.quantities.iter().map(quantity).collect(),
@@ -109,10 +117,20 @@ impl MutationStats {
         Self {
             name: statistics.name.into(),
             total: TallyStats::new(&statistics.total()),
+            jumps: jumps(statistics),
             by_length: lengths.map(|(length, tally)| (length.to_string(), TallyStats::new(&tally))).collect(),
             by_class: classes.map(|(class, tally)| (class.to_string(), TallyStats::new(&tally))).collect(),
         }
     }
+}
+
+fn jumps(statistics: &MutationStatistics) -> Vec<JumpStats> {
+    let Some(shares) = statistics.jump_shares() else { return Vec::new() };
+    let interval = |i: usize| {
+        let (from_pixels, to) = jump_bounds(i);
+        JumpStats { from_pixels, to_pixels: to.is_finite().then_some(to), share: shares[i] }
+    };
+    (0..JUMP_INTERVALS).map(interval).collect()
 }
 
 fn fault(record: &FaultRecord, statistics: &[MutationStatistics]) -> FaultStats {
@@ -152,6 +170,7 @@ impl Stats {
     /// The facts of a render.
     pub fn new(source: &Source, settings: &Settings, rendering: &Rendering, interrupted: bool) -> Self {
         Self {
+            format: STATS_FORMAT,
             version: env!("CARGO_PKG_VERSION").into(),
             scene: source.name.clone(),
             method: settings.method.name().into(),
@@ -163,6 +182,9 @@ impl Stats {
             threads: rendering.threads,
             instructions: rendering.instructions.into(),
             effects: PlanStats::new(&source.plan, &settings.mlt.mutations),
+            census: source.census.clone(),
+            warnings: source.warnings.clone(),
+            notes: source.notes.clone(),
             samples_per_pixel: rendering.samples_per_pixel,
             rays: rendering.counts.rays,
             rays_per_second: rate(rendering.counts.rays, rendering.seconds),

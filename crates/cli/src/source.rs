@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ergodic_assets::{Asset, from_bytes_variant, load_variant};
-use ergodic_pathspace::{Plan, Projection, Scene};
+use ergodic_pathspace::{Census, Plan, Projection, Scene};
 use ergodic_render::{LightUnits, Settings};
 use ergodic_scattering::Medium;
 
+use crate::census::{self, CensusRow};
 use crate::error::CliError;
 use crate::options::SourceOptions;
 use crate::{config, environment};
@@ -24,6 +25,11 @@ pub struct Source {
     pub name: String,
     /// Which effects it has, and which the code is ready for.
     pub plan: Plan,
+    /// What it has of every effect.
+    pub census: Vec<CensusRow>,
+    /// What the picture lacks, and how the file is shown where it could be otherwise.
+    pub warnings: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// Defaults, then the config, then --set, then the options.
@@ -73,11 +79,13 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
         (load_variant(Path::new(&settings.scene), &settings.variant)?, settings.scene.clone())
     };
     let (environment, more_warnings) = environment::load(settings.environment.as_ref())?;
-    for warning in asset.warnings.iter().chain(&more_warnings) {
+    let mut warnings: Vec<String> = asset.warnings.iter().chain(&more_warnings).map(ToString::to_string).collect();
+    for warning in &warnings {
         say(&format!("warning: {warning}"));
     }
     let hint = asset.light_units_hint().filter(|_| settings.light_units == LightUnits::Radiometric);
-    for note in asset.notes.iter().chain(&hint) {
+    let notes: Vec<String> = asset.notes.iter().chain(&hint).map(ToString::to_string).collect();
+    for note in &notes {
         say(&format!("note: {note}"));
     }
     let (intensity, irradiance) = settings.light_units.to_radiometric();
@@ -109,12 +117,15 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
     }
     description.medium = settings.medium.map_or(Medium::VACUUM, |medium| medium.medium());
     let mut view = settings.view(camera);
+    let census = census::rows(&Census::of(&description, Some(&view.camera)), &description);
     let plan = description.plan(&mut view.camera, &settings.effects);
     for effect in plan.missing().iter() {
-        say(&format!("warning: {} is forced off, so the picture lacks what the scene has of it", effect.name()));
+        let warning = format!("{} is forced off, so the picture lacks what the scene has of it", effect.name());
+        say(&format!("warning: {warning}"));
+        warnings.push(warning);
     }
     let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
-    Ok(Source { scene: Arc::new(scene), name, plan })
+    Ok(Source { scene: Arc::new(scene), name, plan, census, warnings, notes })
 }
 
 /// Where to write if nothing else was asked for: the name of the scene, or of its folder where that says more.

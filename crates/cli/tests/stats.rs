@@ -59,14 +59,15 @@ fn refused(arguments: &[&str]) -> String {
 }
 
 fn json(stem: &str) -> Value {
-    serde_json::from_slice(&fs::read(folder().join(format!("{stem}.stats.json"))).unwrap()).unwrap()
+    serde_json::from_slice(&fs::read(folder().join(format!("{stem}.stats.json"))).expect("it was rendered"))
+        .expect("JSON")
 }
 
 /// Lines of comma separated values, by the names in the head. No value of these renders has a comma.
 fn csv(arguments: &[&str]) -> Vec<BTreeMap<String, String>> {
     let text = printed(&[arguments, &["--csv", "-"]].concat());
     let mut lines = text.lines();
-    let head: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let head: Vec<&str> = lines.next().expect("a head").split(',').collect();
     let line = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         assert_eq!(cells.len(), head.len(), "{line}");
@@ -81,7 +82,7 @@ fn assert_same(line: &BTreeMap<String, String>, tally: &Value) {
     let same = |name: &str, value: &Value| {
         let cell = &line[name];
         match value.as_f64() {
-            Some(value) => assert_eq!(cell.parse::<f64>().unwrap().to_bits(), value.to_bits(), "{name}"),
+            Some(value) => assert_eq!(cell.parse::<f64>().expect("a number").to_bits(), value.to_bits(), "{name}"),
             None => assert!(cell.is_empty(), "{name}: {cell}"),
         }
     };
@@ -91,10 +92,10 @@ fn assert_same(line: &BTreeMap<String, String>, tally: &Value) {
     same("acceptance", &tally["acceptance"]);
     same("jump_pixels", &tally["mean_jump_pixels"]);
     same("ns", &tally["ns_per_proposal"]);
-    let reasons = tally["not_built"].as_object().unwrap();
+    let reasons = tally["not_built"].as_object().expect("counts by reason");
     for (name, cell) in line {
         if let Some(reason) = name.strip_prefix("not_built.") {
-            let count = reasons.get(reason).map_or(0, |count| count.as_u64().unwrap());
+            let count = reasons.get(reason).map_or(0, |count| count.as_u64().expect("a count"));
             assert_eq!(cell, &count.to_string(), "{reason}");
         }
     }

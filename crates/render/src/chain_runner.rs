@@ -128,7 +128,7 @@ impl ChainRunner {
     pub fn new(index: u64, start: Path, rng: Pcg64Dxsm) -> Self {
         let class = start.class();
         let chain = Chain::new(start, &LuminanceTarget);
-        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new() }
+        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
     }
 
     /// The path that the chain is at.

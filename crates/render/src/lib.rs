@@ -1,6 +1,7 @@
 //! From a scene and settings to a picture: film, seeding and b, scheduling, statistics, and the estimators path tracing,
 //! bidirectional path tracing and Metropolis light transport.
 
+mod autocorrelation;
 mod bidirectional;
 mod bins;
 mod chain_runner;

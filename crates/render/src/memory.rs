@@ -2,6 +2,7 @@
 
 use ergodic_pathspace::{Edge, Vertex};
 
+use crate::autocorrelation::{WATCHED, Windows};
 use crate::bins::CAPACITY;
 use crate::film::{FILM_BYTES_PER_PIXEL, PICTURE_BYTES_PER_PIXEL};
 use crate::grid::Grid;
@@ -37,7 +38,7 @@ pub fn peak_bytes(settings: &Settings) -> usize {
         } else {
             2 * vertices + Coordinates::bytes(settings.max_edges)
         };
-        fixed += settings.mlt.chains * 2 * state;
+        fixed += settings.mlt.chains * 2 * state + settings.mlt.chains.min(WATCHED) * size_of::<Windows>();
         // The weights of the seeding samples, and twice as much while their vector grows.
         fixed += 3 * size_of::<f64>() * settings.mlt.seeding.max_samples as usize;
     }

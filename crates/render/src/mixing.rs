@@ -3,6 +3,7 @@
 use ergodic_metropolis::diagnostics::{BatchMeans, Moments, r_hat};
 use ergodic_pathspace::{Measured, PathClass};
 
+use crate::autocorrelation::{self, WATCHED, Windows};
 use crate::statistics::MutationStatistics;
 
 /// Batches whose means a chain keeps for its autocorrelation time.
@@ -30,21 +31,29 @@ pub(crate) struct ChainTrace {
     ln_luminance: BatchMeans,
     image_x: BatchMeans,
     image_y: BatchMeans,
+    /// Of chains that are watched closely.
+    windows: Option<Box<Windows>>,
     longest: Option<Stay>,
 }
 
 impl ChainTrace {
-    pub(crate) fn new() -> Self {
+    /// Of the chain of this number.
+    pub(crate) fn new(index: u64) -> Self {
         let none = || BatchMeans::new(BATCHES);
-        Self { ln_luminance: none(), image_x: none(), image_y: none(), longest: None }
+        let windows = (index < WATCHED as u64).then(|| Box::new(Windows::new()));
+        Self { ln_luminance: none(), image_x: none(), image_y: none(), windows, longest: None }
     }
 
     /// The chain was at a path for `steps` steps, the last of which took it away or was the last of all.
     #[inline]
     pub(crate) fn record(&mut self, at: &Measured, class: PathClass, steps: u64) {
-        self.ln_luminance.add_run(at.luminance.ln(), steps);
+        let ln_luminance = at.luminance.ln();
+        self.ln_luminance.add_run(ln_luminance, steps);
         self.image_x.add_run(at.raster.x, steps);
         self.image_y.add_run(at.raster.y, steps);
+        if let Some(windows) = &mut self.windows {
+            windows.record([ln_luminance, at.raster.x, at.raster.y], steps);
+        }
         self.record_stay(class, steps.saturating_sub(1));
     }
 
@@ -60,7 +69,7 @@ impl ChainTrace {
 }
 
 /// How well the chains estimate the mean of one quantity.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mixing {
     /// What was watched.
     pub name: &'static str,
@@ -70,6 +79,8 @@ pub struct Mixing {
     pub effective_sample_size: Option<f64>,
     /// Potential scale reduction over the chains.
     pub r_hat: Option<f64>,
+    /// Lags in steps and the correlation at each, over the first 256 chains.
+    pub autocorrelation: Vec<(u64, f64)>,
 }
 
 /// The mixing of all chains.
@@ -85,7 +96,12 @@ pub struct MixingReport {
     pub warnings: Vec<String>,
 }
 
-fn mixing(name: &'static str, traces: &[&ChainTrace], of: impl Fn(&ChainTrace) -> &BatchMeans) -> Mixing {
+fn mixing(
+    name: &'static str,
+    traces: &[&ChainTrace],
+    of: impl Fn(&ChainTrace) -> &BatchMeans,
+    autocorrelation: Vec<(u64, f64)>,
+) -> Mixing {
     let times: Moments = traces.iter().filter_map(|trace| of(trace).autocorrelation_time()).collect();
     let autocorrelation_time = (times.count() > 0).then(|| times.mean());
     let steps: u64 = traces.iter().map(|trace| of(trace).terms().count()).sum();
@@ -95,6 +111,7 @@ fn mixing(name: &'static str, traces: &[&ChainTrace], of: impl Fn(&ChainTrace) -
         autocorrelation_time,
         effective_sample_size: autocorrelation_time.map(|time| steps as f64 / time),
         r_hat: r_hat(&parts),
+        autocorrelation,
     }
 }
 
@@ -115,10 +132,11 @@ fn least_agreed(parts: &[&[MutationStatistics]]) -> Option<PathClass> {
 
 /// Puts together what the chains show; `parts` are the statistics of parts of the chains.
 pub(crate) fn report(traces: &[&ChainTrace], steps: u64, parts: &[&[MutationStatistics]]) -> MixingReport {
+    let watched: Vec<&Windows> = traces.iter().filter_map(|trace| trace.windows.as_deref()).collect();
     let quantities = vec![
-        mixing("ln_luminance", traces, |trace| &trace.ln_luminance),
-        mixing("image_x", traces, |trace| &trace.image_x),
-        mixing("image_y", traces, |trace| &trace.image_y),
+        mixing("ln_luminance", traces, |trace| &trace.ln_luminance, autocorrelation::function(&watched, 0)),
+        mixing("image_x", traces, |trace| &trace.image_x, autocorrelation::function(&watched, 1)),
+        mixing("image_y", traces, |trace| &trace.image_y, autocorrelation::function(&watched, 2)),
     ];
     let longest_stay = traces.iter().filter_map(|trace| trace.longest_stay()).max_by_key(|stay| stay.steps);
     let limit = STUCK_STEPS.max((steps as f64 * STUCK_SHARE) as u64);

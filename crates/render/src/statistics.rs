@@ -75,6 +75,33 @@ pub enum Outcome {
     },
 }
 
+/// Intervals of jump distances: none at all, less than 1/16 pixel, then from each power of two to the next, and 2048 pixels or more.
+pub const JUMP_INTERVALS: usize = 18;
+
+/// The greatest power of two below which all jumps but 0 are in one interval.
+const SHORTEST_JUMP: i32 = -4;
+
+/// The interval of a distance. The exponent of a floating-point number is its power of two.
+#[inline]
+fn jump_interval(pixels: f64) -> usize {
+    if pixels == 0.0 {
+        return 0;
+    }
+    let exponent = (pixels.to_bits() >> 52 & 0x7ff) as i32 - 1023;
+    (exponent - SHORTEST_JUMP + 2).clamp(1, JUMP_INTERVALS as i32 - 1) as usize
+}
+
+/// From what distance on, and up to which, an interval counts, in pixels. The last has no end; the first is 0 alone.
+pub fn jump_bounds(interval: usize) -> (f64, f64) {
+    let bound = |interval: usize| f64::exp2(f64::from(SHORTEST_JUMP) + interval as f64 - 2.0);
+    match interval {
+        0 => (0.0, 0.0),
+        1 => (0.0, bound(2)),
+        _ if interval + 1 < JUMP_INTERVALS => (bound(interval), bound(interval + 1)),
+        _ => (bound(interval), f64::INFINITY),
+    }
+}
+
 /// Paths up to this many edges are told apart by class.
 pub const CLASSIFIED_EDGES: u32 = 8;
 
@@ -103,6 +130,8 @@ pub struct MutationStatistics {
     by_class: Vec<Tally>,
     /// Of paths that are not told apart by class; index 0 has [`CLASSIFIED_EDGES`] + 1 edges.
     longer: Vec<Tally>,
+    /// Sums of acceptance probabilities by the interval of the jump.
+    jumps: [f64; JUMP_INTERVALS],
 }
 
 impl MutationStatistics {
@@ -110,7 +139,7 @@ impl MutationStatistics {
     pub fn new(name: &'static str, max_edges: usize) -> Self {
         let none = Tally::default();
         let longer = vec![none; max_edges.saturating_sub(CLASSIFIED_EDGES as usize)];
-        Self { name, many: none, by_class: vec![none; CLASSES], longer }
+        Self { name, many: none, by_class: vec![none; CLASSES], longer, jumps: [0.0; JUMP_INTERVALS] }
     }
 
     /// Empty tallies for each member of a mixture, by their names.
@@ -121,6 +150,7 @@ impl MutationStatistics {
     /// Bytes of the tallies for paths of at most `max_edges` edges.
     pub(crate) const fn bytes(max_edges: usize) -> usize {
         (CLASSES + max_edges.saturating_sub(CLASSIFIED_EDGES as usize)) * size_of::<Tally>()
+            + size_of::<[f64; JUMP_INTERVALS]>()
     }
 
     /// Records a step from a path of `class`.
@@ -139,6 +169,7 @@ impl MutationStatistics {
                 tally.acceptance_sum += acceptance;
                 tally.accepted += u64::from(accepted);
                 tally.jump_sum += acceptance * jump;
+                self.jumps[jump_interval(jump)] += acceptance;
             }
         }
         if let Some(nanoseconds) = nanoseconds {
@@ -150,6 +181,9 @@ impl MutationStatistics {
     /// Adds the tallies of another part of the same run.
     pub fn add(&mut self, other: &Self) {
         self.many.add(&other.many);
+        for (sum, more) in self.jumps.iter_mut().zip(&other.jumps) {
+            *sum += more;
+        }
         for (sum, more) in self.by_class.iter_mut().zip(&other.by_class) {
             sum.add(more);
         }
@@ -163,6 +197,13 @@ impl MutationStatistics {
         let mut total = self.many;
         self.by_class.iter().chain(&self.longer).for_each(|tally| total.add(tally));
         total
+    }
+
+    /// Share of the accepted weight by the interval of the distance moved on the image ([`jump_bounds`]); `None` if nothing was
+    /// accepted.
+    pub fn jump_shares(&self) -> Option<[f64; JUMP_INTERVALS]> {
+        let all: f64 = self.jumps.iter().sum();
+        (all > 0.0).then(|| self.jumps.map(|part| part / all))
     }
 
     /// Lengths (edges of the path that was to be changed) with at least one proposal.
@@ -207,6 +248,24 @@ mod tests {
         }
         assert!(seen.iter().all(|&s| s));
         assert_eq!(class_index(PathClass { length: CLASSIFIED_EDGES + 1, specular: 0 }), None);
+    }
+
+    #[test]
+    fn jumps_are_counted_where_their_bounds_say() {
+        let class = PathClass { length: 2, specular: 0 };
+        for jump in [0.0, 1e-300, 0.06, 0.0625, 0.1, 0.99, 1.0, 1.5, 2.0, 2047.9, 2048.0, 1e6, 5e-324] {
+            let mut statistics = MutationStatistics::new("any", 4);
+            statistics.record(class, Outcome::Tried { acceptance: 0.25, accepted: false, jump }, None);
+            let shares = statistics.jump_shares().unwrap();
+            for (interval, share) in shares.into_iter().enumerate() {
+                let (from, to) = jump_bounds(interval);
+                let inside = if interval == 0 { jump == 0.0 } else { jump > 0.0 && from <= jump && jump < to };
+                assert_eq!(share, if inside { 1.0 } else { 0.0 }, "{jump} in {from} to {to}");
+            }
+        }
+        assert_eq!(MutationStatistics::new("none", 4).jump_shares(), None);
+        let bounds: Vec<_> = (1..JUMP_INTERVALS).map(jump_bounds).collect();
+        assert!(bounds.windows(2).all(|pair| pair[0].1 == pair[1].0) && bounds[0] == (0.0, 0.0625));
     }
 
     #[test]

@@ -34,6 +34,9 @@ pub struct Record {
     pub flip: f64,
     /// Mean of the picture over that of the reference, less 1.
     pub bias: f64,
+    /// Whether its picture was kept.
+    #[serde(default)]
+    pub picture: bool,
 }
 
 /// The file and what is in it.
@@ -123,6 +126,11 @@ impl Journal {
     /// Whether a replica is there.
     pub fn has(&self, name: &str, level: usize, replica: usize) -> bool {
         self.records.iter().any(|r| r.name == name && r.level == level && r.replica == replica)
+    }
+
+    /// Whether a picture of the method at a longer budget was kept.
+    pub fn has_later_picture(&self, name: &str, level: usize) -> bool {
+        self.records.iter().any(|r| r.picture && r.name == name && r.level > level)
     }
 
     /// Mean relMSE of a method at one budget, once all replicas are there.

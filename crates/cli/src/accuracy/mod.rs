@@ -2,9 +2,10 @@
 //!
 //! Every point is made by independent replicas with a budget of their own, so that start-up counts in full at every time. Methods
 //! take turns, a replica each, so that a machine that gets slower does so for all. `plan` says what runs when, `journal` keeps what
-//! is done, so that a run can be stopped and resumed, `result` turns it into tables and files, and `plot` draws.
+//! is done, so that a run can be stopped and resumed, `pictures` what it looks like, `result` turns it into tables and files, and `plot` draws.
 
 mod journal;
+mod pictures;
 mod plan;
 mod plot;
 mod reference;
@@ -22,6 +23,8 @@ use crate::error::CliError;
 use crate::options::AccuracyOptions;
 use crate::progress::Progress;
 use crate::{output, source, terminal};
+pub use result::FORMAT;
+
 use journal::{Journal, Record};
 use plan::{Plan, Task};
 use reference::Known;
@@ -61,6 +64,7 @@ pub fn run(options: &AccuracyOptions) -> Result<bool, CliError> {
     let known = Known::find(options, &scene, &settings, &stem, limit, &progress)?;
     say(&known.line());
     let left = limit - start.elapsed().as_secs_f64();
+    let reference_file = pictures::reference(&stem, options.reference.as_deref(), &known)?;
     let header = journal::header(&name, &settings, &entrants, options, &known);
     let journal = Journal::open(&with_ending(&stem, ".journal"), &header)?;
     let plan = Plan::new(&entrants, options, threads, left, &journal)?;
@@ -78,10 +82,20 @@ pub fn run(options: &AccuracyOptions) -> Result<bool, CliError> {
         start + Duration::from_secs_f64(limit),
         threads,
         options,
+        &stem,
     )?;
     progress.finish();
     let journal = journal.into_inner().map_err(|_| CliError::Said("a worker thread failed".into()))?;
-    let result = result::Accuracy::new(&name, &settings, &entrants, &known, journal.records(), options, threads)?;
+    let result = result::Accuracy::new(
+        &name,
+        &settings,
+        &entrants,
+        (&known, &reference_file),
+        journal.records(),
+        options,
+        threads,
+        &stem,
+    )?;
     let files = result.write(&stem)?;
     if !options.quiet {
         let wrote = format!("wrote {}", files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", "));
@@ -110,6 +124,7 @@ fn measure(
     end: Instant,
     threads: usize,
     options: &AccuracyOptions,
+    stem: &Path,
 ) -> Result<(), CliError> {
     let next = AtomicUsize::new(0);
     let one = |task: &Task| -> Result<(), CliError> {
@@ -134,7 +149,7 @@ fn measure(
         }
         let image = output::image(&rendering.picture);
         let c = compare(&image, &known.image).map_err(CliError::Said)?;
-        let record = Record {
+        let mut record = Record {
             name: entrant.name.clone(),
             level: task.level,
             replica: task.replica,
@@ -146,8 +161,14 @@ fn measure(
             mse: c.mse - known.noise.mse,
             flip: c.flip,
             bias: c.total_mean_ratio - 1.0,
+            picture: false,
         };
         let mut journal = journal.lock().map_err(|_| CliError::Said("a worker thread failed".into()))?;
+        if task.replica == pictures::KEPT && !journal.has_later_picture(&record.name, task.level) {
+            // Before the record: a run that is stopped in between renders this replica again.
+            pictures::keep(stem, &image, &record)?;
+            record.picture = true;
+        }
         journal.add(record)?;
         progress.progress(Stage::Rendering, journal.records().len() as f64 / plan.all() as f64);
         Ok(())

@@ -8,6 +8,7 @@ use ergodic_render::Settings;
 use serde_json::{Value, json};
 
 use super::journal::Record;
+use super::pictures;
 use super::plan::Entrant;
 use super::plot::{self, Band};
 use super::reference::Known;
@@ -15,6 +16,9 @@ use super::with_ending;
 use crate::error::CliError;
 use crate::options::AccuracyOptions;
 use crate::{config, table};
+
+/// What accuracy.json says of how it is written; another number for what programs that read it would misread.
+pub const FORMAT: u64 = 1;
 
 /// A way of saying how far a picture is from the reference.
 #[derive(Clone, Copy)]
@@ -42,6 +46,8 @@ struct Entry {
     budgets: Vec<f64>,
     wall: Vec<f64>,
     bias: Vec<Interval>,
+    /// The picture that was kept, with what was measured of it.
+    picture: Value,
 }
 
 /// All that was found.
@@ -57,10 +63,11 @@ impl Accuracy {
         scene: &str,
         settings: &Settings,
         entrants: &[Entrant],
-        known: &Known,
+        (known, reference_file): (&Known, &Path),
         records: &[Record],
         options: &AccuracyOptions,
         threads: usize,
+        stem: &Path,
     ) -> Result<Self, CliError> {
         let replicas = usize::from(options.replicas);
         let entry = |entrant: &Entrant| {
@@ -88,6 +95,7 @@ impl Accuracy {
                 budgets: points.iter().map(|p| mean(p, |r| r.budget)).collect(),
                 wall: points.iter().map(|p| mean(p, |r| r.wall_seconds)).collect(),
                 bias: curve(|r| r.bias).errors(),
+                picture: picture(&entrant.name, records, stem),
             }
         };
         let entries: Vec<Entry> = entrants.iter().map(entry).collect();
@@ -97,6 +105,7 @@ impl Accuracy {
             ));
         }
         let about = json!({
+            "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),
             "scene": scene,
             "size": settings.size,
@@ -105,6 +114,7 @@ impl Accuracy {
             "time": "processor time of one replica on one thread, seeding included",
             "replicas": replicas,
             "reference": {
+                "file": pictures::file_name(reference_file),
                 "origin": known.origin,
                 "relative_error_of_the_mean": known.relative_error,
                 "rel_mse_of_its_own": known.noise.rel_mse,
@@ -230,6 +240,7 @@ impl Accuracy {
             let curve = &entry.curves[0];
             json!({
                 "name": entry.name,
+                "picture": entry.picture,
                 "points": points.collect::<Vec<_>>(),
                 "slope": optional(curve.slope()),
                 "efficiency": optional(curve.efficiency()),
@@ -289,6 +300,24 @@ impl Accuracy {
         }
         Ok(files.into_iter().map(|(path, _)| path).collect())
     }
+}
+
+/// The picture of a method, with its own errors; null if none was kept or its file is gone.
+fn picture(name: &str, records: &[Record], stem: &Path) -> Value {
+    let kept = records.iter().filter(|r| r.picture && r.name == name).max_by_key(|r| r.level);
+    let file = pictures::path(stem, name);
+    let Some(record) = kept.filter(|_| file.exists()) else { return Value::Null };
+    let mut picture = json!({
+        "file": pictures::file_name(&file),
+        "replica": record.replica,
+        "budget_seconds": record.budget,
+        "seconds": record.seconds,
+        "bias": record.bias,
+    });
+    for metric in METRICS {
+        picture[metric.key] = json!((metric.of)(record));
+    }
+    picture
 }
 
 /// A time with its interval.

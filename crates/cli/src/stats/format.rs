@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::census::PlanStats;
+use crate::census::{CensusRow, PlanStats};
 
 /// JSON has no infinity: what was not finite is written as null, and is not a number when read.
 fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
@@ -14,6 +14,8 @@ fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
 /// The contents of STEM.stats.json.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Stats {
+    /// How the file is written: see [`crate::report::STATS_FORMAT`].
+    pub format: u64,
     /// Version of the program.
     pub version: String,
     /// The scene's file.
@@ -31,6 +33,11 @@ pub struct Stats {
     pub instructions: String,
     /// Which effects were rendered, and which were not because the scene does not have them.
     pub effects: PlanStats,
+    /// What the scene has of every effect, and what follows.
+    pub census: Vec<CensusRow>,
+    /// What was said of the scene when it was loaded.
+    pub warnings: Vec<String>,
+    pub notes: Vec<String>,
     /// Samples, or mutations, for each pixel.
     pub samples_per_pixel: f64,
     pub rays: u64,
@@ -98,6 +105,14 @@ pub struct Quantity {
     pub autocorrelation_time: Option<f64>,
     pub effective_sample_size: Option<f64>,
     pub r_hat: Option<f64>,
+    /// The autocorrelation function by lag in steps, over the first chains.
+    pub autocorrelation: Vec<AtLag>,
+}
+
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct AtLag {
+    pub lag: u64,
+    pub correlation: f64,
 }
 
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
@@ -105,10 +120,21 @@ pub struct MutationStats {
     pub name: String,
     #[serde(flatten)]
     pub total: TallyStats,
+    /// How far accepted proposals move on the image.
+    pub jumps: Vec<JumpStats>,
     /// By the number of edges of the path that was to be changed.
     pub by_length: BTreeMap<String, TallyStats>,
     /// By the class of that path, such as LSDE, for paths of up to 8 edges.
     pub by_class: BTreeMap<String, TallyStats>,
+}
+
+/// The share of the accepted weight whose jump is from one distance up to another.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct JumpStats {
+    pub from_pixels: f64,
+    /// None: without end.
+    pub to_pixels: Option<f64>,
+    pub share: f64,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]

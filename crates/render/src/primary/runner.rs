@@ -65,7 +65,7 @@ impl<E: Estimator> PrimaryRunner<E> {
     pub(super) fn new(index: u64, start: PrimarySample<E>, rng: Pcg64Dxsm) -> Self {
         let class = start.class();
         let chain = Chain::new(start, &PrimaryTarget::default());
-        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new() }
+        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
     }
 
     /// Takes `count` steps.

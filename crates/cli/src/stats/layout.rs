@@ -150,11 +150,11 @@ mod tests {
         let labels = [column("mutation", &["lens", "caustic"])];
         let group = |title: &str| Group { title: title.into(), columns: vec![column("ns", &["1", "20"])] };
         let expected = [
-            "          first  second",
-            "mutation  ns     ns",
-            "-----------------------",
-            "lens       1      1",
-            "caustic   20     20",
+            "          first   second",
+            "mutation  ns      ns",
+            "------------------------",
+            "lens       1       1",
+            "caustic   20      20",
         ];
         assert_eq!(lines(&labels, vec![group("first"), group("second")]), expected);
     }

@@ -7,7 +7,7 @@ use ergodic_geometry::Anchor;
 use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Flow, FlowVerdict, Invariance};
 use ergodic_metropolis::{Chain, Mixture, Mutation, RandomSource, Step, Target};
-use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, MultiChain, Rejection, Splice};
+use ergodic_mutations::{AnyMutation, Bidirectional, Caustic, Lens, LensSubpath, MultiChain, Rejection, Splice};
 use ergodic_pathspace::{Kind, Lengths, LuminanceTarget, Path, PathSpace, Vertex, contribution};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, luminance};
@@ -429,6 +429,7 @@ fn the_density_is_that_of_the_sampler_by_volume() {
         (AnyMutation::Lens(Lens::default()), 1_000_000),
         (AnyMutation::Caustic(Caustic::default()), 1_000_000),
         (AnyMutation::Bidirectional(Bidirectional {}), 6_000_000),
+        (AnyMutation::LensSubpath(LensSubpath {}), 1_000_000),
     ] {
         let (measured, error) = volume(&space, &mutation, &x, plan, proposals, in_patch, |_| 1.0);
         println!("{}: {measured:.3e} +- {error:.1e}, area {area:.3e}", mutation.name());

@@ -3,8 +3,9 @@
 use ergodic_metropolis::{Mixture, Mutation, RandomSource};
 use ergodic_mutations::{AnyMutation, LensSubpath, Rejection, Splice};
 use ergodic_pathspace::{Lengths, Path, PathSpace};
-use ergodic_scattering::Component;
-use ergodic_tests::{layered_room, nightly, space, view_of};
+use ergodic_scattering::{Component, Material, Rgb};
+use ergodic_tests::{Eye, cuboid, description_of, diffuse, nightly, quad, space, view_of};
+use glam::DVec3;
 
 use crate::mutation_laws::{ALPHA, CAUGHT, SIZE, check_kernels, drift_of, drifts};
 
@@ -34,12 +35,23 @@ fn a_forgotten_probability_of_a_dirac_component_is_caught() {
     assert!(t > CAUGHT, "{t}");
 }
 
-/// A lacquer over something rough ends some of the subpaths and mirrors the others.
+/// A room with a floor of polished grit, half of it a mirror, which ends some of the subpaths and mirrors the others.
+fn polished_room() -> PathSpace {
+    let grit = Material { metallic: 0.5, roughness: 0.0, base_color: Rgb::splat(0.8), ..Material::default() };
+    let things = vec![
+        (cuboid(DVec3::ONE, true), diffuse(0.6, 0.0)),
+        (quad(DVec3::new(-0.4, -0.4, 0.98), DVec3::Y * 0.8, DVec3::X * 0.8), diffuse(0.0, 6.0)),
+        (quad(DVec3::new(-1.0, -1.0, -0.9), DVec3::X * 2.0, DVec3::Y * 2.0), grit),
+    ];
+    let eye = Eye { from: DVec3::new(0.0, -0.9, 0.0), at: DVec3::new(0.0, 0.3, -0.3), up: DVec3::Z, fov: 1.4 };
+    PathSpace { scene: view_of(description_of(things, Vec::new(), &eye), SIZE), lengths: SHORT }
+}
+
 #[test]
 fn a_forgotten_probability_of_ending_is_caught() {
-    let space = PathSpace { scene: view_of(layered_room(), SIZE), lengths: SHORT };
-    let samples = nightly(200_000, 2_000_000);
-    check_kernels("layered", &space, samples / 4);
+    let space = polished_room();
+    let samples = nightly(50_000, 500_000);
+    check_kernels("polished", &space, samples);
     let forgotten = |_: &Path, to: &Path, (_, plan): (usize, Splice)| -probability_at(to, plan.prefix).ln();
     let t = drift_of(&space, lens_subpath(), samples, &forgotten);
     assert!(t > CAUGHT, "{t}");

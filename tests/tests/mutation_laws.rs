@@ -262,10 +262,15 @@ pub(crate) fn drift_of(
     z
 }
 
+/// Mutations whose choice depends much on the path. Lens subpaths suit the paths that the lens perturbation suits, which makes it more even.
+fn uneven() -> Vec<AnyMutation> {
+    members().into_iter().filter(|mutation| !matches!(mutation, AnyMutation::LensSubpath(_))).collect()
+}
+
 #[test]
 fn a_forgotten_choice_probability_is_caught() {
-    let all = mixture(members());
-    let (z, _) = fault_drift("cornell", members(), 100_000, &|space, from, _, (index, _)| {
+    let all = mixture(uneven());
+    let (z, _) = fault_drift("cornell", uneven(), 100_000, &|space, from, _, (index, _)| {
         -all.probability(index, space, from).ln()
     });
     assert!(z > CAUGHT, "z = {z}");
@@ -273,8 +278,8 @@ fn a_forgotten_choice_probability_is_caught() {
 
 #[test]
 fn a_probability_read_from_the_wrong_path_is_caught() {
-    let all = mixture(members());
-    let (z, balance) = fault_drift("cornell", members(), 100_000, &|space, from, to, (index, _)| {
+    let all = mixture(uneven());
+    let (z, balance) = fault_drift("cornell", uneven(), 100_000, &|space, from, to, (index, _)| {
         all.probability(index, space, to).ln() - all.probability(index, space, from).ln()
     });
     assert!(z > CAUGHT && !balance.holds, "z = {z}, {balance:?}");

@@ -526,7 +526,8 @@ impl PrimarySettings {
 impl MltSettings {
     /// The mixture without the mutations of weight 0 and those that can change no path of a scene with these effects.
     pub fn mutations_for(&self, effects: Effects) -> Vec<(f64, AnyMutation)> {
-        let used = |(weight, mutation): &&(f64, AnyMutation)| *weight > 0.0 && mutation.never_applies(effects).is_none();
+        let used =
+            |(weight, mutation): &&(f64, AnyMutation)| *weight > 0.0 && mutation.never_applies(effects).is_none();
         self.mutations.iter().filter(used).copied().collect()
     }
 

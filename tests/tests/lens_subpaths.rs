@@ -57,8 +57,8 @@ fn a_forgotten_probability_of_ending_is_caught() {
     assert!(t > CAUGHT, "{t}");
 }
 
-/// What does each chain no good: image points of one stratum only, whatever the path is at. The density is that of the stratum, which
-/// is the same for both paths, and that there is no way back out of it is forgotten.
+/// Image points of one stratum only, wherever the path is. The density is that of the stratum, the same for both paths; that nothing leads
+/// back out of it is forgotten.
 #[derive(Clone, Copy)]
 struct OneStratum;
 

@@ -180,7 +180,7 @@ impl Mutation for LensSubpath {
         density.multiply(wavelength::pdf_of_draw(scene, from, to, plan));
         density.multiply(Self::end_probability(to, end));
         for i in end..to.vertices.len() - plan.suffix {
-            density.multiply(density::pdf_area_from_eye(scene, &to.vertices, &to.edges, i));
+            density.multiply(density::pdf_area_from_eye(scene, to, i));
         }
         density
     }

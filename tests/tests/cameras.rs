@@ -124,6 +124,11 @@ fn methods_agree() {
     }
 }
 
+#[test]
+fn chains_of_primary_samples_agree_through_a_lens() {
+    rendering::check_primary("cornell by lens", &with_lens("cornell", LENGTHS).scene, (64, 64));
+}
+
 const SIDE: u32 = 12;
 /// What the picture shows at the distance of the lamp is 2 high.
 const LAMP_DISTANCE: f64 = 3.0;

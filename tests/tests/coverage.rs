@@ -231,6 +231,11 @@ fn methods_agree() {
 }
 
 #[test]
+fn chains_of_primary_samples_agree_among_curtains() {
+    rendering::check_primary("curtains", &room(LENGTHS).scene, (64, 64));
+}
+
+#[test]
 fn visibility_is_the_same_from_both_ends_to_the_bit() {
     let space = room(LENGTHS);
     let scene = &space.scene;

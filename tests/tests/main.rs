@@ -8,6 +8,7 @@ mod effects;
 mod environment;
 mod exact_rank;
 mod image_faults;
+mod lens_subpaths;
 mod media;
 mod mutation_laws;
 mod numerics;

@@ -22,7 +22,7 @@ use glam::DVec3;
 
 use crate::closed_forms::{SIDE, USUAL, check};
 use crate::mutation_laws::{ALPHA, CAUGHT, check_kernels, drifts, mixture};
-use crate::rendering::check_methods;
+use crate::rendering::{check_methods, check_primary};
 use crate::strategies::{AGREE, check_connections, disagreement};
 
 /// Things in a medium.
@@ -348,4 +348,10 @@ fn all_methods_agree_in_a_foggy_room() {
 #[test]
 fn all_methods_agree_in_a_misty_yard() {
     check_methods("misty yard", &misty_yard(32, LENGTHS).scene);
+}
+
+/// The misty yard has scattering, an environment, a sun and a mirror.
+#[test]
+fn chains_of_primary_samples_agree_in_a_misty_yard() {
+    check_primary("misty yard", &misty_yard(32, LENGTHS).scene, (32, 32));
 }

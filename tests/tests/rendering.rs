@@ -9,8 +9,8 @@ use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{Path, Scene, SceneDescription, View};
 use ergodic_render::{
-    Budget, Direct, FilterSettings, Method, MltReport, Replayed, Settings, Unobserved, render, render_with_mixture,
-    replay,
+    Budget, Direct, FilterSettings, Method, MltReport, PrimarySampler, Replayed, Settings, Unobserved, render,
+    render_with_mixture, replay,
 };
 use ergodic_scattering::luminance;
 use ergodic_tests::{description, layered_room, nightly, view_of};
@@ -211,6 +211,32 @@ pub(crate) fn check_methods(name: &str, scene: &Arc<Scene>) {
     println!("{name}: path {:.5}, bidirectional {:.5}, max |t| {t:.1}", path[16].0, bidirectional[16].0);
     assert!(t < LIMIT, "{name}: {t}");
     check_chains(name, scene);
+}
+
+/// Chains of primary samples of all kinds make the picture of bidirectional path tracing; what is a fifth brighter is told apart.
+pub(crate) fn check_primary(name: &str, scene: &Arc<Scene>, size: (u32, u32)) {
+    let pixels = f64::from(size.0 * size.1);
+    let of = |method, sampler, samples| {
+        let mut settings = Settings { min_edges: 1, max_edges: 6, ..settings(method, size, samples / pixels) };
+        settings.primary.sampler = sampler;
+        settings.mlt.direct = Direct::InChain;
+        settings.mlt.seeding.max_samples = 8000;
+        replicate(scene, &settings, REPLICAS)
+    };
+    let samples = nightly(8000.0, 200_000.0);
+    let bidirectional = of(Method::Bidirectional, PrimarySampler::Bidirectional, samples);
+    let brighter: Vec<_> = bidirectional.iter().map(|(mean, variance)| (1.2 * mean, *variance)).collect();
+    for (method, sampler, more) in [
+        (Method::Pssmlt, PrimarySampler::Path, 2.0),
+        (Method::Pssmlt, PrimarySampler::Bidirectional, 1.0),
+        (Method::Mmlt, PrimarySampler::Bidirectional, 4.0),
+    ] {
+        let found = of(method, sampler, more * samples);
+        let (t, wrong) = (disagreement(&bidirectional, &found), disagreement(&brighter, &found));
+        println!("{name}: {method:?} over {sampler:?}, max |t| {t:.1}, against a fifth more {wrong:.1}");
+        assert!(t < LIMIT, "{name}: {method:?} over {sampler:?}, {t}");
+        assert!(wrong > LIMIT, "{name}: {method:?} over {sampler:?}, a fifth more passes, {wrong}");
+    }
 }
 
 fn check_chains(name: &str, scene: &Arc<Scene>) {

@@ -7,7 +7,7 @@
 //! (cos θₛ / d₁²) cos θₛ (1 / d₂²) (d₁ + d₂)².
 
 use ergodic_metropolis::Mutation;
-use ergodic_mutations::{AnyMutation, Caustic, Lens, MultiChain, Splice};
+use ergodic_mutations::{AnyMutation, Caustic, Lens, LensSubpath, MultiChain, Splice};
 use ergodic_pathspace::{CameraDescription, Lengths, Path, PathSpace, Placement, SceneDescription};
 use ergodic_render::{Purpose, stream};
 use ergodic_scattering::{Component, Material, Rgb};
@@ -140,6 +140,16 @@ fn a_lens_perturbation_through_a_mirror_has_the_density_of_its_sampler() {
     let plan = Splice { prefix: 1, suffix: 1 };
     let patches = [Patch::beside(&space, &x, (1, 2), 0.05, 0.03)];
     check(&space, AnyMutation::Lens(Lens::default()), &x, plan, &patches, 300_000);
+}
+
+#[test]
+fn a_lens_subpath_through_a_mirror_has_the_density_of_its_sampler() {
+    let space = hall(3, true);
+    let x = path_of(&space, "LDSE");
+    let plan = Splice { prefix: 1, suffix: 1 };
+    // Anywhere on the image, so that a larger patch is met often enough.
+    let patches = [Patch::beside(&space, &x, (1, 2), 0.15, 0.12)];
+    check(&space, AnyMutation::LensSubpath(LensSubpath {}), &x, plan, &patches, 600_000);
 }
 
 #[test]

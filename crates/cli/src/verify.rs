@@ -52,7 +52,7 @@ pub fn cases() -> Vec<Case> {
     let mut cases = vec![plain(Method::Path), plain(Method::Bidirectional)];
     cases.extend([plain(Method::Pssmlt), plain(Method::Mmlt)]);
     let mix = |name: &str, mutations| Case { method: Method::Mlt, mix: name.into(), mutations };
-    cases.push(mix("full", Settings::default().mlt.mutations));
+    cases.push(mix("full", AnyMutation::all().into_iter().map(|mutation| (1.0, mutation)).collect()));
     for mutation in AnyMutation::all() {
         let mut mutations = vec![(1.0, mutation)];
         if !mutation.is_ergodic() {

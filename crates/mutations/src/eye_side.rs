@@ -19,6 +19,16 @@ pub(crate) struct EyeSide {
     pub(crate) turn: Option<JumpRange>,
 }
 
+/// The first rough vertex seen from the eye, if it can be connected on; 0 when the Dirac chain ends on a light.
+#[inline]
+pub(crate) fn start(x: &Path) -> Option<usize> {
+    let first_rough = (1..x.length()).rev().find(|&i| x.vertices[i].component == Component::Rough);
+    match first_rough {
+        None => x.vertices[0].can_be_met().then_some(0),
+        Some(i) => x.vertices[i - 1].is_connectable().then_some(i),
+    }
+}
+
 impl EyeSide {
     /// Replaces the vertices `start .. k` of `x`; vertex `start` is the first that is not left through a Dirac chain.
     pub(crate) fn propose(

@@ -5,10 +5,9 @@
 
 use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
-use ergodic_scattering::Component;
 use serde::{Deserialize, Serialize};
 
-use crate::eye_side::EyeSide;
+use crate::eye_side::{self, EyeSide};
 use crate::{PathMutation, Rejection, Splice, image_jumps, validate_image_jump};
 
 /// Lens perturbation.
@@ -31,15 +30,6 @@ impl Lens {
     fn eye_side(&self, space: &PathSpace) -> EyeSide {
         EyeSide { image: image_jumps(space, self.min_pixels, self.image_share), turn: None }
     }
-
-    /// The first rough vertex seen from the eye, if it can be connected on; 0 when the Dirac chain ends on a light.
-    fn start(x: &Path) -> Option<usize> {
-        let first_rough = (1..x.length()).rev().find(|&i| x.vertices[i].component == Component::Rough);
-        match first_rough {
-            None => x.vertices[0].can_be_met().then_some(0),
-            Some(i) => x.vertices[i - 1].is_connectable().then_some(i),
-        }
-    }
 }
 
 impl PathMutation for Lens {
@@ -55,7 +45,7 @@ impl Mutation for Lens {
     type Failure = Rejection;
 
     fn suitability(&self, _space: &PathSpace, x: &Path) -> f64 {
-        if Self::start(x).is_some() { 1.0 } else { 0.0 }
+        if eye_side::start(x).is_some() { 1.0 } else { 0.0 }
     }
 
     fn propose(
@@ -65,7 +55,7 @@ impl Mutation for Lens {
         y: &mut Path,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let start = Self::start(x).ok_or(Rejection::WrongComponent)?;
+        let start = eye_side::start(x).ok_or(Rejection::WrongComponent)?;
         self.eye_side(space).propose(space, x, start, y, rng)
     }
 
@@ -74,7 +64,7 @@ impl Mutation for Lens {
     }
 
     fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
-        if Self::start(from) == Some(plan.prefix) {
+        if eye_side::start(from) == Some(plan.prefix) {
             self.eye_side(space).density(space, from, to, plan.prefix)
         } else {
             Density::ZERO

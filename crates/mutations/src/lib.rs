@@ -9,6 +9,7 @@ mod chains;
 mod eye_side;
 mod jump;
 mod lens;
+mod lens_subpath;
 mod multi_chain;
 mod retrace;
 mod splice;
@@ -18,6 +19,7 @@ mod wavelength;
 pub use bidirectional::Bidirectional;
 pub use caustic::Caustic;
 pub use lens::Lens;
+pub use lens_subpath::LensSubpath;
 pub use multi_chain::MultiChain;
 pub use splice::{Rejection, Splice};
 pub use volume::Volume;
@@ -35,6 +37,9 @@ pub trait PathMutation:
 {
     /// Whether this mutation alone reaches every path from every other.
     const ERGODIC: bool = false;
+
+    /// Its weight where a config states no mixture. 0 for what helps in some scenes only.
+    const WEIGHT: f64 = 1.0;
 
     /// Why it can change no path of a scene that has these effects only; `None` if it may.
     fn never_applies(_effects: Effects) -> Option<&'static str> {
@@ -72,6 +77,11 @@ macro_rules! registry {
             /// Every mutation there is, with its default settings.
             pub fn all() -> Vec<Self> {
                 vec![$(Self::$variant($variant::default())),+]
+            }
+
+            /// Every mutation there is, with the weight that it has where a config states no mixture.
+            pub fn default_mixture() -> Vec<(f64, Self)> {
+                vec![$(($variant::WEIGHT, Self::$variant($variant::default()))),+]
             }
 
             /// Its name in tables and files.
@@ -146,6 +156,8 @@ registry! {
     MultiChain => "multi_chain",
     /// Moves a point in a medium.
     Volume => "volume",
+    /// Replaces what the eye sees and keeps the rest.
+    LensSubpath => "lens_subpath",
 }
 
 /// The radius in pixels of a disk with this share of the image's area.

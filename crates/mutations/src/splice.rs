@@ -1,5 +1,7 @@
 //! What every path mutation says of its proposals.
 
+use std::convert::Infallible;
+
 /// How many vertices survive at each end. Symmetric in the two paths: the same splice describes the way back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Splice {
@@ -33,6 +35,13 @@ pub enum Rejection {
     /// The turn, measured between the vertices, lies just outside the range it was drawn from: rays leave surfaces a little
     /// way out, so that over a very short edge the direction to the next vertex is not quite the one drawn.
     OutOfRange,
+}
+
+/// Of a mutation that always makes a candidate.
+impl From<Infallible> for Rejection {
+    fn from(never: Infallible) -> Self {
+        match never {}
+    }
 }
 
 impl Rejection {

@@ -130,6 +130,15 @@ impl Path {
         self.origin = Origin { version: x.version, prefix, suffix };
     }
 
+    /// One more open vertex before vertex `at`, which is open: for a part whose length is not known before it is made. The edge between
+    /// the two is open too, as is the scattering at both.
+    #[inline]
+    pub fn open_before(&mut self, at: usize) {
+        self.vertices.insert(at, self.vertices[at]);
+        self.edges.insert(at, self.edges[at]);
+        self.scattering.insert(at, Rgb::ZERO);
+    }
+
     /// Says that the innermost vertices of the ends that were kept by [`Self::begin`] may change too.
     #[inline]
     pub fn release_ends(&mut self) {

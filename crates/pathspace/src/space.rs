@@ -18,7 +18,7 @@ pub struct PathSpace {
 }
 
 /// The target of Metropolis light transport: C(x), the luminance of f (Veach 11.2), one scalar for the whole image.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct LuminanceTarget;
 
 /// What one evaluation of [`LuminanceTarget`] yields.

@@ -1,14 +1,13 @@
-//! One chain and what it leaves behind: splats by expected values, statistics, faults.
+//! One chain of any kind of states and what it leaves behind: splats by expected values, statistics, faults.
 
 use std::time::Instant;
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, RandomSource, Step};
+use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, RandomSource, Step, Target};
 use ergodic_mutations::{Rejection, Splice};
-use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass, PathSpace};
+use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass};
 use rand_pcg::Pcg64Dxsm;
 
-use crate::chains::Runner;
 use crate::layers::VisitBuffer;
 use crate::mixing::ChainTrace;
 use crate::statistics::{MutationStatistics, Outcome};
@@ -17,11 +16,48 @@ use crate::{Film, Settings, SplatBuffer};
 /// What a step of a mixture of path mutations comes to.
 pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
 
+/// A state whose chain makes a picture: a path, or a sample of a point of primary sample space.
+pub trait Pictured: Clone + Send {
+    /// What its chains spend their time by.
+    type Target: Target<State = Self, Value: Send> + Default;
+
+    /// The class of its path.
+    fn class(&self) -> PathClass;
+
+    /// What is watched of it, given the target's value there.
+    fn measured(&self, value: &ValueOf<Self>) -> Measured;
+
+    /// Leaves its light on the film, with the weight of `visits` visits.
+    fn leave(&self, value: &ValueOf<Self>, visits: f64, splats: &mut SplatBuffer);
+}
+
+/// The value of the target at a state.
+pub type ValueOf<S> = <<S as Pictured>::Target as Target>::Value;
+
+impl Pictured for Path {
+    type Target = LuminanceTarget;
+
+    #[inline]
+    fn class(&self) -> PathClass {
+        self.class()
+    }
+
+    #[inline]
+    fn measured(&self, value: &Measured) -> Measured {
+        *value
+    }
+
+    #[inline]
+    fn leave(&self, value: &Measured, visits: f64, splats: &mut SplatBuffer) {
+        splats.splat(value.raster, value.color * visits);
+    }
+}
+
 /// One step in this many is timed: reading the clock costs as much as a cheap proposal.
-pub(crate) const TIMED_EVERY: u64 = 16;
+const TIMED_EVERY: u64 = 16;
 
 /// At most this many faults are kept for replay; all are counted.
-pub(crate) const FAULTS_KEPT: usize = 16;
+const FAULTS_KEPT: usize = 16;
 
 /// A proposal whose density was not a number, with what it takes to see it again.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,13 +78,13 @@ pub struct FaultRecord {
 
 /// A chain under way.
 #[derive(Clone, Debug)]
-pub struct ChainRunner {
+pub struct ChainRunner<S: Pictured = Path> {
     index: u64,
-    chain: Chain<Path, Measured>,
+    chain: Chain<S, ValueOf<S>>,
     rng: Pcg64Dxsm,
     class: PathClass,
     steps: u64,
-    /// Weight that the current path has gathered and not yet left on the film.
+    /// Weight that the current state has gathered and not yet left on the film.
     pending: f64,
     /// Steps since the chain last moved.
     stay: u64,
@@ -107,30 +143,7 @@ impl Ledger {
     }
 }
 
-impl Runner for ChainRunner {
-    fn finish(&mut self, ledger: &mut Ledger) {
-        let current = *self.chain.current().1;
-        self.trace.record(&current, self.class, self.stay);
-        self.trace.record_stay(self.class, self.stay);
-        if let Some(visits) = &mut ledger.visits {
-            visits.stayed(current.raster, self.stay);
-        }
-        self.stay = 0;
-    }
-
-    fn trace(&self) -> &ChainTrace {
-        &self.trace
-    }
-}
-
 impl ChainRunner {
-    /// A chain that starts at `start`.
-    pub fn new(index: u64, start: Path, rng: Pcg64Dxsm) -> Self {
-        let class = start.class();
-        let chain = Chain::new(start, &LuminanceTarget);
-        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
-    }
-
     /// The path that the chain is at.
     pub fn path(&self) -> &Path {
         self.chain.current().0
@@ -140,6 +153,31 @@ impl ChainRunner {
     pub fn candidate(&self) -> &Path {
         self.chain.other().0
     }
+}
+
+impl<S: Pictured> ChainRunner<S> {
+    /// A chain that starts at `start`.
+    pub fn new(index: u64, start: S, rng: Pcg64Dxsm) -> Self {
+        let class = start.class();
+        let chain = Chain::new(start, &S::Target::default());
+        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
+    }
+
+    /// Takes the present stay into account, after the last step.
+    pub(crate) fn finish(&mut self, ledger: &mut Ledger) {
+        let current = self.here();
+        self.trace.record(&current, self.class, self.stay);
+        self.trace.record_stay(self.class, self.stay);
+        if let Some(visits) = &mut ledger.visits {
+            visits.stayed(current.raster, self.stay);
+        }
+        self.stay = 0;
+    }
+
+    /// What the chain shows of its mixing.
+    pub(crate) fn trace(&self) -> &ChainTrace {
+        &self.trace
+    }
 
     /// Number of steps taken.
     pub fn steps(&self) -> u64 {
@@ -147,23 +185,25 @@ impl ChainRunner {
     }
 
     /// One transition, without leaving anything behind.
-    pub fn step<M>(&mut self, mixture: &Mixture<M>, space: &PathSpace) -> ChainStep
+    #[inline]
+    pub fn step<M>(&mut self, mixture: &Mixture<M>, space: &M::Space) -> Step<(usize, M::Plan), NotProposed<M::Failure>>
     where
-        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+        M: Mutation<State = S>,
     {
         self.steps += 1;
-        self.chain.step(&LuminanceTarget, mixture, space, &mut Accounted(&mut self.rng))
+        self.chain.step(&S::Target::default(), mixture, space, &mut Accounted(&mut self.rng))
     }
 
     /// Takes `count` steps.
-    pub fn run<M>(&mut self, count: u64, mixture: &Mixture<M>, space: &PathSpace, ledger: &mut Ledger)
+    pub fn run<M>(&mut self, count: u64, mixture: &Mixture<M>, space: &M::Space, ledger: &mut Ledger)
     where
-        M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
+        M: Mutation<State = S>,
+        M::Failure: Into<Rejection>,
     {
         for _ in 0..count {
             let timer = self.steps.is_multiple_of(TIMED_EVERY).then(Instant::now);
             let before = self.rng.clone();
-            let from = self.chain.current().1.raster;
+            let from = self.here().raster;
             let step = self.step(mixture, space);
             let class = self.class;
             let (mutation, outcome) = match step {
@@ -174,7 +214,7 @@ impl ChainRunner {
                 }
                 Step::NotProposed(NotProposed::Failed { index, reason }) => {
                     self.stays();
-                    (index, Outcome::NotBuilt(reason))
+                    (index, Outcome::NotBuilt(reason.into()))
                 }
                 Step::Faulty { plan: (mutation, _), fault } => {
                     self.stays();
@@ -196,8 +236,8 @@ impl ChainRunner {
             ledger.mutations[mutation].record(class, outcome, nanoseconds);
         }
         // Nothing stays pending between calls, so that the splats are complete whenever they are looked at.
-        let current = *self.chain.current().1;
-        ledger.splats.splat(current.raster, current.color * self.pending);
+        let (current, value) = self.chain.current();
+        current.leave(value, self.pending, &mut ledger.splats);
         self.pending = 0.0;
     }
 
@@ -206,28 +246,35 @@ impl ChainRunner {
         self.stay += 1;
     }
 
-    /// Expected values (Veach 11.3.2): the path before gets 1 - a of this step, the candidate a.
+    /// What is watched of the current state.
+    #[inline]
+    fn here(&self) -> Measured {
+        let (current, value) = self.chain.current();
+        current.measured(value)
+    }
+
+    /// Expected values (Veach 11.3.2): the state before gets 1 - a of this step, the candidate a.
     fn deposit(&mut self, acceptance: f64, accepted: bool, ledger: &mut Ledger) -> Outcome {
-        let current = *self.chain.current().1;
-        let other = *self.chain.other().1;
+        let ((current, value), (other, other_value)) = (self.chain.current(), self.chain.other());
+        let (here, there) = (current.measured(value), other.measured(other_value));
         let splats = &mut ledger.splats;
         self.pending += 1.0 - acceptance;
         if accepted {
-            splats.splat(other.raster, other.color * self.pending);
+            other.leave(other_value, self.pending, splats);
             self.pending = acceptance;
-            self.trace.record(&other, self.class, self.stay + 1);
+            self.trace.record(&there, self.class, self.stay + 1);
             if let Some(visits) = &mut ledger.visits {
-                visits.stayed(other.raster, self.stay);
+                visits.stayed(there.raster, self.stay);
             }
-            self.class = self.chain.current().0.class();
+            self.class = current.class();
             self.stay = 0;
         } else {
             self.stay += 1;
             if acceptance > 0.0 {
-                splats.splat(other.raster, other.color * acceptance);
+                other.leave(other_value, acceptance, splats);
             }
         }
-        let jump = if acceptance > 0.0 { current.raster.distance(other.raster) } else { 0.0 };
+        let jump = if acceptance > 0.0 { here.raster.distance(there.raster) } else { 0.0 };
         Outcome::Tried { acceptance, accepted, jump }
     }
 }

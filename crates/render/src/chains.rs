@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ergodic_metropolis::{Mixture, Mutation};
+use ergodic_mutations::Rejection;
 use ergodic_pathspace::{Lengths, Scene};
 use ergodic_scattering::Rgb;
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::bins::CAPACITY;
-use crate::chain_runner::{FaultRecord, Ledger};
+use crate::chain_runner::{ChainRunner, FaultRecord, Ledger, Pictured};
 use crate::counts::{Counts, counted};
 use crate::layers::{self, LayerSums, Layers};
 use crate::mixing::{self, ChainTrace, MixingReport};
@@ -16,22 +18,13 @@ use crate::observer::{Observer, Stage, Until};
 use crate::sampling::{all, sample_image};
 use crate::seeding::Seeds;
 use crate::statistics::MutationStatistics;
-use crate::streams::Purpose;
+use crate::streams::{Purpose, stream};
 use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
 
 /// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
 const ROUND: u64 = 256;
 // A buffer must take what one chain leaves behind in a round.
 const _: () = assert!((ROUND as usize) < CAPACITY);
-
-/// One chain under way.
-pub(crate) trait Runner: Send {
-    /// Takes the present stay into account, after the last step.
-    fn finish(&mut self, ledger: &mut Ledger);
-
-    /// What the chain shows of its mixing.
-    fn trace(&self) -> &ChainTrace;
-}
 
 /// Greatest shares of a budget of time that seeding and direct light take.
 const SEEDING_SHARE: f64 = 0.25;
@@ -70,8 +63,8 @@ pub struct MltReport {
 }
 
 /// A part of the chains, always worked on together.
-struct Batch<R> {
-    runners: Vec<R>,
+struct Batch<S: Pictured> {
+    runners: Vec<ChainRunner<S>>,
     /// The chain to run next in this round; beyond the last when the round is done.
     next: usize,
     ledger: Ledger,
@@ -92,10 +85,11 @@ pub(crate) struct Rendered {
 }
 
 /// Chains at their start.
-pub(crate) struct Start<R> {
+pub(crate) struct Start<S> {
     pub(crate) seeds: Seeds,
     pub(crate) seeding_seconds: f64,
-    pub(crate) runners: Vec<R>,
+    /// The states that they start from.
+    pub(crate) states: Vec<S>,
     /// Splats that a chain leaves in one step at most, or a little more on average.
     pub(crate) splats_per_step: u64,
 }
@@ -114,23 +108,29 @@ pub(crate) fn until_seeded<'a>(settings: &Settings, start: Instant, observer: &'
     until(settings, start, SEEDING_SHARE, observer)
 }
 
-/// Renders by chains that are at their start; `step` runs one chain for some steps. `names` has one entry for each mutation.
+/// Renders by chains that are at their start and make steps by `mixture`. `names` has one entry for each of its members.
 ///
 /// A picture that would be all black is an error: there is nothing that a chain could start from.
-pub(crate) fn render<R: Runner>(
+pub(crate) fn render<S, M>(
     scene: &Arc<Scene>,
     settings: &Settings,
-    chains: Start<R>,
-    step: impl Fn(&mut R, u64, &mut Ledger) + Sync,
+    chains: Start<S>,
+    (mixture, space): (&Mixture<M>, &M::Space),
     names: &[&'static str],
     start: Instant,
     observer: &dyn Observer,
-) -> Result<Rendered, RenderError> {
+) -> Result<Rendered, RenderError>
+where
+    S: Pictured,
+    M: Mutation<State = S> + Sync,
+    M::Space: Sync,
+    M::Failure: Into<Rejection>,
+{
     let (width, height) = settings.film_size();
     let filter = settings.filter.filter();
     let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
-    let Start { seeds, seeding_seconds, runners, splats_per_step } = chains;
+    let Start { seeds, seeding_seconds, states, splats_per_step } = chains;
 
     let direct_start = Instant::now();
     let mut counts = seeds.counts;
@@ -159,11 +159,12 @@ pub(crate) fn render<R: Runner>(
     }
 
     let mutation_start = Instant::now();
-    let chains = runners.len();
-    let mut work = share_out(runners, settings, names);
+    let chains = states.len();
+    let mut work = share_out(states, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
+    let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
     let mutations = run(&mut work, &mut sums, step, splats_per_step, settings, chains, start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
 
@@ -179,7 +180,7 @@ pub(crate) fn render<R: Runner>(
         let scale = |chains: usize| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * chains as f64);
         layers.finish(&(0..layers.parts()).map(|part| scale(chains_of(part))).collect::<Vec<_>>())
     });
-    let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(Runner::trace).collect();
+    let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
     let parts: Vec<&[MutationStatistics]> = work.iter().map(|batch| &batch.ledger.mutations[..]).collect();
     let mut mixing = mixing::report(&traces, steps, &parts);
     mixing.warnings.splice(0..0, no_seed);
@@ -221,9 +222,9 @@ pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
 }
 
 /// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.
-fn share_out<R>(runners: Vec<R>, settings: &Settings, names: &[&'static str]) -> Vec<Batch<R>> {
-    let count = BATCHES.min(runners.len());
-    let mut work: Vec<Batch<R>> = (0..count)
+fn share_out<S: Pictured>(states: Vec<S>, settings: &Settings, names: &[&'static str]) -> Vec<Batch<S>> {
+    let count = BATCHES.min(states.len());
+    let mut work: Vec<Batch<S>> = (0..count)
         .map(|_| Batch {
             runners: Vec::new(),
             next: 0,
@@ -231,16 +232,22 @@ fn share_out<R>(runners: Vec<R>, settings: &Settings, names: &[&'static str]) ->
             counts: Counts::default(),
         })
         .collect();
-    for (index, runner) in runners.into_iter().enumerate() {
+    for (index, state) in states.into_iter().enumerate() {
+        let runner = ChainRunner::new(index as u64, state, stream(settings.seed, Purpose::Chain, index as u64));
         work[index % count].runners.push(runner);
     }
     work
 }
 
-impl<R> Batch<R> {
+impl<S: Pictured> Batch<S> {
     /// Runs chains for `steps` steps each until the round is done or the buffers may be too small for the next one; whether
     /// the round is done.
-    fn advance(&mut self, steps: u64, splats_per_step: u64, step: &impl Fn(&mut R, u64, &mut Ledger)) -> bool {
+    fn advance(
+        &mut self,
+        steps: u64,
+        splats_per_step: u64,
+        step: &impl Fn(&mut ChainRunner<S>, u64, &mut Ledger),
+    ) -> bool {
         let ((), counts) = counted(|| {
             while self.next < self.runners.len() && self.ledger.has_room(steps * splats_per_step) {
                 step(&mut self.runners[self.next], steps, &mut self.ledger);
@@ -254,7 +261,7 @@ impl<R> Batch<R> {
 
 impl Sums {
     /// Takes what is in the buffers of all batches.
-    fn merge<R>(&mut self, work: &mut [Batch<R>]) {
+    fn merge<S: Pictured>(&mut self, work: &mut [Batch<S>]) {
         if let Some(layers) = &mut self.layers {
             layers.merge(&mut work.iter_mut().map(|batch| &mut batch.ledger).collect::<Vec<_>>());
         }
@@ -263,10 +270,10 @@ impl Sums {
 }
 
 /// Runs all chains until the budget ends; the number of mutations made.
-fn run<R: Runner>(
-    work: &mut [Batch<R>],
+fn run<S: Pictured>(
+    work: &mut [Batch<S>],
     sums: &mut Sums,
-    step: impl Fn(&mut R, u64, &mut Ledger) + Sync,
+    step: impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync,
     splats_per_step: u64,
     settings: &Settings,
     chains: usize,

@@ -24,7 +24,7 @@ pub mod statistics;
 mod streams;
 
 pub use bidirectional::BidirectionalPathTracer;
-pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger};
+pub use chain_runner::{ChainRunner, ChainStep, FaultRecord, Ledger, Pictured, ValueOf};
 pub use chains::MltReport;
 pub use counts::Counts;
 pub use film::{Film, Picture, SplatBuffer};

@@ -31,17 +31,11 @@ where
     let watch = until_seeded(settings, start, observer);
     let roulette = settings.roulette.roulette();
     let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &watch);
-    let starts = seeds.starts(scene, settings.mlt.chains);
-    let chain = |(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index));
-    let chains = chains::Start {
-        seeding_seconds: seeding_start.elapsed().as_secs_f64(),
-        seeds,
-        runners: (0..).zip(starts).map(chain).collect(),
-        splats_per_step: 1,
-    };
+    let states = seeds.starts(scene, settings.mlt.chains);
+    let chains =
+        chains::Start { seeding_seconds: seeding_start.elapsed().as_secs_f64(), seeds, states, splats_per_step: 1 };
     let space = PathSpace { scene: Arc::clone(scene), lengths };
-    let step = |runner: &mut ChainRunner, count, ledger: &mut _| runner.run(count, mixture, &space, ledger);
-    chains::render(scene, settings, chains, step, names, start, observer)
+    chains::render(scene, settings, chains, (mixture, &space), names, start, observer)
 }
 
 /// A step of a chain seen again.

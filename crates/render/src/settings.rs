@@ -363,7 +363,7 @@ impl Default for RouletteSettings {
 impl Default for MltSettings {
     fn default() -> Self {
         Self {
-            mutations: AnyMutation::all().into_iter().map(|mutation| (1.0, mutation)).collect(),
+            mutations: AnyMutation::default_mixture(),
             chains: 512,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
@@ -524,9 +524,11 @@ impl PrimarySettings {
 }
 
 impl MltSettings {
-    /// The mixture without the mutations that can change no path of a scene with these effects.
+    /// The mixture without the mutations of weight 0 and those that can change no path of a scene with these effects.
     pub fn mutations_for(&self, effects: Effects) -> Vec<(f64, AnyMutation)> {
-        self.mutations.iter().filter(|(_, mutation)| mutation.never_applies(effects).is_none()).copied().collect()
+        let used =
+            |(weight, mutation): &&(f64, AnyMutation)| *weight > 0.0 && mutation.never_applies(effects).is_none();
+        self.mutations.iter().filter(used).copied().collect()
     }
 
     fn validate(&self) -> Result<(), String> {

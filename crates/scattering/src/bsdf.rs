@@ -55,6 +55,19 @@ impl Bsdf {
         }
     }
 
+    /// The probabilities of choosing a Dirac reflection and a Dirac transmission for light from `from`.
+    #[inline]
+    pub(crate) fn dirac_probabilities(&self, frame: &Frame, from: DVec3) -> [f64; 2] {
+        match self {
+            Self::Lambert(_) | Self::Phase(_) => [0.0; 2],
+            Self::Layered(layered) if layered.has_dirac() => {
+                layered.dirac_probabilities(&layered.selection(frame.to_local(from)))
+            }
+            Self::Layered(_) => [0.0; 2],
+            Self::Extended(extended) => extended.dirac_probabilities(frame.to_local(from)),
+        }
+    }
+
     /// Whether the surface bounds a solid.
     #[inline]
     pub(crate) fn is_solid(&self) -> bool {

@@ -284,6 +284,19 @@ impl Extended {
         pdf
     }
 
+    /// The probabilities of choosing a Dirac reflection and a Dirac transmission for light from `from`.
+    #[inline]
+    pub(crate) fn dirac_probabilities(&self, from: DVec3) -> [f64; 2] {
+        let stack = self.stack();
+        let of_coat = stack.coat.is_smooth();
+        if !of_coat && !stack.base.has_dirac() {
+            return [0.0; 2];
+        }
+        let choice = stack.choice(from);
+        let [reflection, transmission] = stack.base.dirac_probabilities(&choice.lobes).map(|p| p * choice.base);
+        [reflection + if of_coat { choice.coat } else { 0.0 }, transmission]
+    }
+
     /// A direction drawn with [`Self::pdf`].
     #[inline]
     pub(crate) fn sample(&self, from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {

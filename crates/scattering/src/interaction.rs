@@ -135,6 +135,13 @@ impl Interaction {
         self.bsdf.dirac_density(&self.frame, w_to, component)
     }
 
+    /// The probabilities that [`Self::sample`] chooses a Dirac reflection and a Dirac transmission for light from `w_from`, whether or
+    /// not there is a direction then. It chooses the rough lobes otherwise.
+    #[inline]
+    pub fn dirac_probabilities(&self, w_from: DVec3) -> [f64; 2] {
+        if self.accepts(w_from) { self.bsdf.dirac_probabilities(&self.frame, w_from) } else { [0.0; 2] }
+    }
+
     /// The share of what is emitted here that leaves along `w`: a coat takes some.
     #[inline]
     pub fn emission_factor(&self, w: DVec3) -> f64 {

@@ -207,6 +207,19 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
             || (E::TRANSLUCENT && self.translucent.component() == Some(component))
     }
 
+    /// Whether any lobe is Dirac.
+    #[inline]
+    pub(crate) fn has_dirac(&self) -> bool {
+        self.has(Component::DiracReflection) || self.has(Component::DiracTransmission)
+    }
+
+    /// The probabilities of choosing a Dirac reflection and a Dirac transmission, given those of the lobes.
+    #[inline]
+    pub(crate) fn dirac_probabilities(&self, selection: &Selection) -> [f64; 2] {
+        let of = |lobe: Lobe, probability| if lobe.component() == Some(Component::Rough) { 0.0 } else { probability };
+        [of(self.reflection, selection.reflection), of(self.transmitted, selection.transmitted)]
+    }
+
     /// Whether `w` lies in the medium below.
     #[inline]
     fn is_inside(&self, w: DVec3) -> bool {
@@ -326,7 +339,7 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
 
     /// The probabilities of choosing each lobe, for light from `w`.
     #[inline]
-    fn selection(&self, w: DVec3) -> Selection {
+    pub(crate) fn selection(&self, w: DVec3) -> Selection {
         self.weights(w).normalized()
     }
 

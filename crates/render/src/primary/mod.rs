@@ -5,12 +5,13 @@
 //! cannot say what it wants to keep. The samplers are those of independent sampling: path tracing, bidirectional path tracing, and
 //! multiplexed sampling (Hachisuka et al. 2014), which makes one path by one strategy, both chosen by coordinates.
 //!
-//! `coordinates` is the point, `mutation` the large and the small step, `multiplexed` that sampler, `runner` a chain.
+//! `coordinates` is the point, `mutation` the large and the small step, `multiplexed` that sampler, `pictured` what
+//! a chain leaves of a sample on the film.
 
 mod coordinates;
 mod multiplexed;
 mod mutation;
-mod runner;
+mod pictured;
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -26,8 +27,7 @@ use crate::chains::{self, Rendered, chain_lengths, until_seeded};
 use crate::observer::Observer;
 use crate::seeding::Seeds;
 use crate::streams::{Purpose, stream};
-use crate::{Estimator, Ledger, RenderError, Settings};
-use runner::PrimaryRunner;
+use crate::{Estimator, RenderError, Settings};
 
 /// Renders by chains over the points that `estimator` makes samples of.
 ///
@@ -54,19 +54,18 @@ pub(crate) fn render<E: Estimator + Sync>(
         settings.seed,
         &until_seeded(settings, start, observer),
     );
-    let chain = |(index, seed): (usize, usize)| {
+    let seeded = |seed: usize| {
         let mut sample = PrimarySample::new(estimator.clone());
         sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed as u64));
-        PrimaryRunner::new(index as u64, sample, stream(settings.seed, Purpose::Chain, index as u64))
+        sample
     };
-    let runners: Vec<_> = seeds.chosen(settings.mlt.chains).into_iter().enumerate().map(chain).collect();
+    let states = seeds.chosen(settings.mlt.chains).into_iter().map(seeded).collect();
     let chains = chains::Start {
         seeding_seconds: seeding_start.elapsed().as_secs_f64(),
         seeds,
-        runners,
+        states,
         // One at the image point, and one for every connection of a vertex to the eye.
         splats_per_step: settings.max_edges as u64 + 1,
     };
-    let step = |runner: &mut PrimaryRunner<E>, count, ledger: &mut Ledger| runner.run(count, &mixture, &space, ledger);
-    chains::render(scene, settings, chains, step, &names, start, observer)
+    chains::render(scene, settings, chains, (&mixture, &space), &names, start, observer)
 }

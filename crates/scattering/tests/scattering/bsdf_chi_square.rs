@@ -17,11 +17,16 @@ const DIRAC: [Component; 2] = [Component::DiracReflection, Component::DiracTrans
 const STRAIGHT: DVec3 = DVec3::Z;
 const TILTED: DVec3 = DVec3::new(0.48, -0.36, 0.8);
 
-/// Probabilities with which the Dirac components are chosen.
+/// Probabilities with which the Dirac components come out: those of choosing one, where there is a direction then. Their densities say
+/// the same.
 fn dirac_probabilities(at: &Interaction, from: DVec3) -> [f64; 2] {
-    DIRAC.map(|component| {
-        let to = at.dirac_direction(from, component);
-        to.map_or(0.0, |to| at.pdf(from, to, component) / at.dirac_density(to, component))
+    let chosen = at.dirac_probabilities(from);
+    [0, 1].map(|i| {
+        at.dirac_direction(from, DIRAC[i]).map_or(0.0, |to| {
+            let density = chosen[i] * at.dirac_density(to, DIRAC[i]);
+            assert!((at.pdf(from, to, DIRAC[i]) - density).abs() <= 1e-12 * density, "{from} {:?}", DIRAC[i]);
+            chosen[i]
+        })
     })
 }
 

@@ -175,14 +175,14 @@ fn forgotten_probabilities_of_passing_and_of_stopping_are_caught() {
             let share = |i: usize| space.scene.visibility(&to.vertices[i], &to.vertices[i + 1]);
             -edges.map(share).product::<f64>().ln()
         };
-        let z = drift_of(&space, vec![mutation], 150_000, &passing);
+        let z = drift_of(&space, vec![mutation], 300_000, &passing);
         assert!(z > 8.0, "{}: z = {z}", mutation.name());
         // The coverage at which rays stop.
         let stopping = |_: &Path, to: &Path, (_, plan): (usize, Splice)| {
             let new = &to.vertices[plan.prefix..to.vertices.len() - plan.suffix];
             -new.iter().map(|vertex| vertex.coverage.share()).product::<f64>().ln()
         };
-        let z = drift_of(&space, vec![mutation], 150_000, &stopping);
+        let z = drift_of(&space, vec![mutation], 300_000, &stopping);
         assert!(z > 8.0, "{}: z = {z}", mutation.name());
     }
 }

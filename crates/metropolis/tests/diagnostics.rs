@@ -1,7 +1,9 @@
 //! Diagnostics against series whose answers are known.
 
 use ergodic_laws::generator;
-use ergodic_metropolis::diagnostics::{BatchMeans, Moments, Runs, autocorrelation, r_hat, split_r_hat};
+use ergodic_metropolis::diagnostics::{
+    BatchMeans, Moments, Runs, autocorrelation, r_hat, split_r_hat, time_between_chains,
+};
 use ergodic_metropolis::{RandomSource, Step};
 
 fn normal(rng: &mut impl RandomSource) -> f64 {
@@ -40,6 +42,27 @@ fn autocorrelation_times_of_autoregressive_series() {
         assert!((batch / expected - 1.0).abs() < 0.1, "{batch}");
         assert!((geyer.effective_sample_size * geyer.time / 1e6 - 1.0).abs() < 1e-12);
     }
+}
+
+/// Chains that are hardly longer than what they remember: their means tell it, batches within each cannot.
+#[test]
+fn many_short_chains_tell_a_time_that_batches_within_them_do_not() {
+    let (rho, n) = (0.9_f64, 200);
+    let chains: Vec<Vec<f64>> = (0..1000).map(|seed| autoregressive(rho, n, 5000 + seed)).collect();
+    let parts: Vec<Moments> = chains.iter().map(|chain| chain.iter().copied().collect()).collect();
+    // n Var(mean of n terms), exactly.
+    let steps = n as f64;
+    let expected =
+        (1.0 + rho) / (1.0 - rho) - 2.0 * rho * (1.0 - rho.powf(steps)) / (steps * (1.0 - rho) * (1.0 - rho));
+    let found = time_between_chains(&parts).unwrap();
+    let by_batches: Moments = chains.iter().filter_map(|chain| batches(chain, 32).autocorrelation_time()).collect();
+    println!("expected {expected:.2}, between chains {found:.2}, batches {:.2}", by_batches.mean());
+    assert!((found / expected - 1.0).abs() < 0.2, "{found}");
+    assert!(by_batches.mean() < 0.5 * expected, "{by_batches:?}");
+    // Chains that never move remember everything.
+    let still: Vec<Moments> = (0..100).map(|i| std::iter::repeat_n(f64::from(i), n).collect()).collect();
+    assert!((time_between_chains(&still).unwrap() / steps - 1.0).abs() < 1e-12);
+    assert_eq!(time_between_chains(&parts[..1]), None);
 }
 
 /// What the standard error is for: it says how far the mean is off. With the one for independent terms it would not.

@@ -1,6 +1,6 @@
 //! How well the chains mix: autocorrelation, effective sample size, R-hat over chains, stays on one path.
 
-use ergodic_metropolis::diagnostics::{BatchMeans, Moments, r_hat};
+use ergodic_metropolis::diagnostics::{BatchMeans, Moments, r_hat, time_between_chains};
 use ergodic_pathspace::{Measured, PathClass};
 
 use crate::autocorrelation::{self, WATCHED, Windows};
@@ -8,6 +8,9 @@ use crate::statistics::MutationStatistics;
 
 /// Batches whose means a chain keeps for its autocorrelation time.
 const BATCHES: usize = 32;
+
+/// With so many chains their means tell the autocorrelation time, to 18 % or better; fewer are cut into batches, which are short.
+const MANY_CHAINS: usize = 64;
 
 /// Above this R-hat the chains disagree about the mean.
 pub const R_HAT_LIMIT: f64 = 1.05;
@@ -73,7 +76,8 @@ impl ChainTrace {
 pub struct Mixing {
     /// What was watched.
     pub name: &'static str,
-    /// Integrated autocorrelation time in steps, the mean over the chains; `None` if they are too short to tell.
+    /// Integrated autocorrelation time in steps, from the spread of the means of many chains, or the mean over few of what their batches
+    /// say; `None` if they are too short to tell.
     pub autocorrelation_time: Option<f64>,
     /// All steps over that time.
     pub effective_sample_size: Option<f64>,
@@ -102,10 +106,14 @@ fn mixing(
     of: impl Fn(&ChainTrace) -> &BatchMeans,
     autocorrelation: Vec<(u64, f64)>,
 ) -> Mixing {
-    let times: Moments = traces.iter().filter_map(|trace| of(trace).autocorrelation_time()).collect();
-    let autocorrelation_time = (times.count() > 0).then(|| times.mean());
     let steps: u64 = traces.iter().map(|trace| of(trace).terms().count()).sum();
     let parts: Vec<Moments> = traces.iter().map(|trace| of(trace).terms()).collect();
+    let autocorrelation_time = if parts.len() >= MANY_CHAINS {
+        time_between_chains(&parts)
+    } else {
+        let times: Moments = traces.iter().filter_map(|trace| of(trace).autocorrelation_time()).collect();
+        (times.count() > 0).then(|| times.mean())
+    };
     Mixing {
         name,
         autocorrelation_time,

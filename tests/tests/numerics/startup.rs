@@ -66,7 +66,7 @@ fn a_chain_run_in_parts_is_the_chain_run_at_once() {
     let (mixture, path) = (mixture(members()), some_path(&space));
     let run = |parts: &[u64]| {
         let mut runner = ChainRunner::new(0, path.clone(), stream(7, Purpose::Chain, 0));
-        let mut ledger = ledger(&space, 4);
+        let mut ledger = ledger(&space, mixture.members().len());
         parts.iter().for_each(|steps| runner.run(*steps, &mixture, &space, &mut ledger));
         let at: Vec<_> = runner.path().vertices.iter().map(|v| v.position.to_array()).collect();
         let mut film = Film::new(32, 32, Filter::Box);

@@ -9,5 +9,5 @@ mod runs;
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use batch_means::BatchMeans;
 pub use moments::Moments;
-pub use r_hat::{r_hat, split_r_hat};
+pub use r_hat::{r_hat, split_r_hat, time_between_chains};
 pub use runs::Runs;

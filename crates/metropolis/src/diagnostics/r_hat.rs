@@ -20,6 +20,23 @@ pub fn r_hat(parts: &[Moments]) -> Option<f64> {
     (within > 0.0 && ratio.is_finite()).then(|| ratio.sqrt())
 }
 
+/// Integrated autocorrelation time in steps, from stationary chains that started independently of each other: the spread of their means
+/// against the spread of all terms, n Var(mean of a chain) / Var(term).
+///
+/// Batches within a chain tell no time longer than a batch. This tells any up to n, the length of a chain, and of chains that never move
+/// it says n. Its own relative error is √(2/m) for m chains. `None` for fewer than two chains, or where nothing ever changed.
+pub fn time_between_chains(chains: &[Moments]) -> Option<f64> {
+    let shortest = chains.iter().map(Moments::count).min()?;
+    if chains.len() < 2 || shortest < 2 {
+        return None;
+    }
+    let n = shortest as f64;
+    let within = chains.iter().map(Moments::variance).sum::<f64>() / chains.len() as f64;
+    let between = chains.iter().map(Moments::mean).collect::<Moments>().variance();
+    let time = n * between / ((n - 1.0) / n * within + between);
+    time.is_finite().then_some(time)
+}
+
 /// R-hat of stored chains, each cut in halves (Gelman et al. 2013, section 11.4). The middle term of an odd chain is left out.
 ///
 /// ```

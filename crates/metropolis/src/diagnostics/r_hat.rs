@@ -2,6 +2,33 @@
 
 use super::Moments;
 
+/// Variances of terms in several parts.
+struct Spread {
+    /// Terms of the shortest part.
+    terms: f64,
+    /// Mean variance within a part.
+    within: f64,
+    /// Variance of the parts' means.
+    between: f64,
+    /// Variance of all terms together.
+    pooled: f64,
+}
+
+impl Spread {
+    /// `None` for fewer than two parts, or parts of fewer than two terms.
+    fn of(parts: &[Moments]) -> Option<Self> {
+        let shortest = parts.iter().map(Moments::count).min()?;
+        if parts.len() < 2 || shortest < 2 {
+            return None;
+        }
+        let terms = shortest as f64;
+        let within = parts.iter().map(Moments::variance).sum::<f64>() / parts.len() as f64;
+        let between = parts.iter().map(Moments::mean).collect::<Moments>().variance();
+        let pooled = (terms - 1.0) / terms * within + between;
+        Some(Self { terms, within, between, pooled })
+    }
+}
+
 /// Potential scale reduction R-hat (Gelman and Rubin 1992): the spread that the pooled chains have over the spread within
 /// each. Near 1 when every chain has seen the whole target.
 ///
@@ -9,14 +36,8 @@ use super::Moments;
 /// [`Moments`] per chain is enough for that. `None` for fewer than two parts, parts of fewer than two terms, or parts none of
 /// which ever changed.
 pub fn r_hat(parts: &[Moments]) -> Option<f64> {
-    let shortest = parts.iter().map(Moments::count).min()?;
-    if parts.len() < 2 || shortest < 2 {
-        return None;
-    }
-    let within = parts.iter().map(Moments::variance).sum::<f64>() / parts.len() as f64;
-    let between: Moments = parts.iter().map(Moments::mean).collect();
-    let n = shortest as f64;
-    let ratio = ((n - 1.0) / n * within + between.variance()) / within;
+    let Spread { within, pooled, .. } = Spread::of(parts)?;
+    let ratio = pooled / within;
     (within > 0.0 && ratio.is_finite()).then(|| ratio.sqrt())
 }
 
@@ -26,14 +47,8 @@ pub fn r_hat(parts: &[Moments]) -> Option<f64> {
 /// Batches within a chain tell no time longer than a batch. This tells any up to n, the length of a chain, and of chains that never move
 /// it says n. Its own relative error is √(2/m) for m chains. `None` for fewer than two chains, or where nothing ever changed.
 pub fn time_between_chains(chains: &[Moments]) -> Option<f64> {
-    let shortest = chains.iter().map(Moments::count).min()?;
-    if chains.len() < 2 || shortest < 2 {
-        return None;
-    }
-    let n = shortest as f64;
-    let within = chains.iter().map(Moments::variance).sum::<f64>() / chains.len() as f64;
-    let between = chains.iter().map(Moments::mean).collect::<Moments>().variance();
-    let time = n * between / ((n - 1.0) / n * within + between);
+    let Spread { terms, between, pooled, .. } = Spread::of(chains)?;
+    let time = terms * between / pooled;
     time.is_finite().then_some(time)
 }
 

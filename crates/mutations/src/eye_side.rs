@@ -2,7 +2,7 @@
 //! a vertex that is connected to the rest, or that lands on the light. Lens and multi-chain perturbation are both this.
 
 use ergodic_metropolis::{Density, RandomSource};
-use ergodic_pathspace::{End, Path, PathSpace};
+use ergodic_pathspace::{End, Path, PathSpace, Scene};
 use ergodic_scattering::Component;
 
 use crate::chains::{connect, dirac_factor, follow};
@@ -27,6 +27,23 @@ pub(crate) fn start(x: &Path) -> Option<usize> {
         None => x.vertices[0].can_be_met().then_some(0),
         Some(i) => x.vertices[i - 1].is_connectable().then_some(i),
     }
+}
+
+/// Finishes a candidate that was traced from the eye down to vertex `end`: that is connected to the vertex before it, which is kept, or
+/// must emit if there is none.
+#[inline]
+pub(crate) fn join(scene: &Scene, y: &mut Path, end: usize) -> Result<(), Rejection> {
+    let k = y.length();
+    if end == 0 {
+        y.derive_scattering(scene, 0, k);
+        return if y.scattering[0].max_element() <= 0.0 { Err(Rejection::NoEmitter) } else { Ok(()) };
+    }
+    if !y.vertices[end].interaction.has_rough() {
+        return Err(Rejection::NotConnectable);
+    }
+    connect(scene, y, end - 1)?;
+    y.derive_scattering(scene, end + 1, k);
+    Ok(())
 }
 
 impl EyeSide {
@@ -76,18 +93,7 @@ impl EyeSide {
                 w = follow(&mut y.vertices[i], to_eye, component)?;
             }
         }
-        if start == 0 {
-            y.derive_scattering(scene, 0, k);
-            if y.scattering[0].max_element() <= 0.0 {
-                return Err(Rejection::NoEmitter);
-            }
-        } else {
-            if !y.vertices[start].interaction.has_rough() {
-                return Err(Rejection::NotConnectable);
-            }
-            connect(scene, y, start - 1)?;
-            y.derive_scattering(scene, start + 1, k);
-        }
+        join(scene, y, start)?;
         Ok(plan)
     }
 

@@ -27,7 +27,7 @@ use ergodic_scattering::Component;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::chains::{connect, follow, trace, trace_sight};
+use crate::chains::{follow, trace, trace_sight};
 use crate::{PathMutation, Rejection, Splice, eye_side, wavelength};
 
 /// Lens subpath mutation.
@@ -145,23 +145,11 @@ impl Mutation for LensSubpath {
             y.open_before(end);
             trace(scene, y, end + 1, end, w, rng)?;
         }
-        let k = y.length();
-        if k < space.lengths.min_edges {
+        if y.length() < space.lengths.min_edges {
             return Err(Rejection::NoLength);
         }
         y.vertices[end].component = Component::Rough;
-        if end == 0 {
-            y.derive_scattering(scene, 0, k);
-            if y.scattering[0].max_element() <= 0.0 {
-                return Err(Rejection::NoEmitter);
-            }
-        } else {
-            if !y.vertices[end].interaction.has_rough() {
-                return Err(Rejection::NotConnectable);
-            }
-            connect(scene, y, end - 1)?;
-            y.derive_scattering(scene, end + 1, k);
-        }
+        eye_side::join(scene, y, end)?;
         Ok(plan)
     }
 

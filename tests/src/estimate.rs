@@ -1,7 +1,6 @@
 //! Means over independent replicas, with their errors.
 
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use ergodic_assess::Image;
 use ergodic_pathspace::Scene;
@@ -47,7 +46,7 @@ impl Estimate {
 
 /// Renders replicas and takes the means of what `of` says of each picture. What went wrong with a contribution is an error.
 pub fn estimate<const N: usize>(
-    scene: &Arc<Scene>,
+    scene: &Scene,
     settings: &Settings,
     replicas: usize,
     of: impl Fn(&Picture) -> [Rgb; N],

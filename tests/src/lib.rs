@@ -16,7 +16,6 @@ pub use shapes::{Thing, cuboid, description_of, diffuse, glass, mirror, quad, sc
 pub use source::PathSource;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use ergodic_assets::{load, load_environment};
 use ergodic_pathspace::{Lengths, PathSpace, Scene, SceneDescription, View};
@@ -39,10 +38,10 @@ pub fn description(name: &str) -> SceneDescription {
 }
 
 /// A scene seen by its first camera at `size`, with the box filter.
-pub fn view_of(description: SceneDescription, size: (u32, u32)) -> Arc<Scene> {
+pub fn view_of(description: SceneDescription, size: (u32, u32)) -> Scene {
     let camera = description.cameras.first().expect("the scenes have cameras").clone();
     let view = View { camera, width: size.0, height: size.1, margin: 0.0, crop: None };
-    Arc::new(Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}")))
+    Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// A scene of the repository as a space of paths.

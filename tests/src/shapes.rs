@@ -1,7 +1,6 @@
 //! Meshes and materials that tests build scenes of.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_pathspace::{Placement, Scene, SceneDescription};
@@ -91,6 +90,6 @@ pub fn description_of(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye)
 }
 
 /// The same as a scene, for a square picture with the box filter.
-pub fn scene_of(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye, side: u32) -> Arc<Scene> {
+pub fn scene_of(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye, side: u32) -> Scene {
     view_of(description_of(things, lights, eye), (side, side))
 }

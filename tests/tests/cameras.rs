@@ -2,7 +2,6 @@
 //! methods that agree, and pictures that are known.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use ergodic_mutations::{AnyMutation, Bidirectional, Lens as LensPerturbation, Splice};
 use ergodic_pathspace::{CameraDescription, Lengths, Path, PathSpace, Projection, Roulette, Scene};
@@ -137,7 +136,7 @@ const WINDOW: (u32, u32, u32, u32) = (1, 2, 9, 10);
 const SHOWN: usize = 64;
 
 /// A lamp before black, seen from the origin along -z.
-fn lamp(projection: Projection, crop: Option<(u32, u32, u32, u32)>) -> Arc<Scene> {
+fn lamp(projection: Projection, crop: Option<(u32, u32, u32, u32)>) -> Scene {
     let (low, high) = LAMP;
     let size = high - low;
     let mesh = quad(low.extend(-LAMP_DISTANCE), DVec3::X * size.x, DVec3::Y * size.y);
@@ -147,7 +146,7 @@ fn lamp(projection: Projection, crop: Option<(u32, u32, u32, u32)>) -> Arc<Scene
     description.cameras = vec![CameraDescription { name: String::new(), transform: DAffine3::IDENTITY, projection }];
     let settings = Settings { size: (SIDE, SIDE), crop, ..Settings::default() };
     let view = settings.view(description.cameras[0].clone());
-    Arc::new(Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}")))
+    Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Points of a fine grid that lie in the aperture, found by its sides.

@@ -26,7 +26,6 @@
 
 use std::f64::consts::{PI, SQRT_2};
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_pathspace::Scene;
@@ -60,7 +59,7 @@ const REGIONS: [Region; 2] =
     [Region { name: "whole", width: 1.0, fault: 0.03 }, Region { name: "left half", width: 0.5, fault: 0.06 }];
 
 /// Things and lights, seen by an eye.
-fn scene(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye) -> Arc<Scene> {
+fn scene(things: Vec<Thing>, lights: Vec<PunctualLight>, eye: &Eye) -> Scene {
     scene_of(things, lights, eye, SIDE)
 }
 
@@ -89,7 +88,7 @@ pub(crate) const USUAL: Samples = [32.0, 16.0, 256.0];
 /// Renders and compares every region and channel with the truth, which is given in shares of the picture.
 pub(crate) fn check(
     name: &str,
-    scene: &Arc<Scene>,
+    scene: &Scene,
     edges: RangeInclusive<usize>,
     samples: Samples,
     truth: impl Fn(DVec2) -> Rgb,

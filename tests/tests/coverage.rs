@@ -2,7 +2,6 @@
 //! agree.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use ergodic_metropolis::RandomSource;
 use ergodic_mutations::Splice;
@@ -35,13 +34,13 @@ fn along_z() -> Eye {
 
 const SIDE: u32 = 4;
 
-fn mean(scene: &Arc<Scene>, method: Method, edges: usize) -> Estimate {
+fn mean(scene: &Scene, method: Method, edges: usize) -> Estimate {
     let settings = settings(method, &(edges..=edges), SIDE, 2000.0);
     let [mean] = estimate(scene, &settings, 16, |picture| [picture.mean()]).unwrap_or_else(|e| panic!("{e}"));
     mean
 }
 
-fn check(scene: &Arc<Scene>, edges: usize, truth: f64) {
+fn check(scene: &Scene, edges: usize, truth: f64) {
     for (method, name) in Method::ALL {
         let found = mean(scene, method, edges);
         let z = found.z(Rgb::splat(truth));

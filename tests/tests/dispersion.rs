@@ -1,8 +1,6 @@
 //! Light of many wavelengths: the laws of mutations where paths have one, agreement of all methods, the limit without dispersion,
 //! and a prism against Snell's law; with faults that each must notice.
 
-use std::sync::Arc;
-
 use ergodic_geometry::Mesh;
 use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Invariance, detailed_balance, one_step_invariance, way_back};
@@ -73,7 +71,7 @@ fn the_way_back_has_support_and_balance_is_detailed_with_a_wavelength() {
         // The caustic perturbation's range depends on the path.
         let one_way = if matches!(mutation, AnyMutation::Caustic(_)) { 0.2 } else { 0.0 };
         assert!(back.holds(one_way), "{}: {back:?}", mutation.name());
-        let balance = detailed_balance(&LuminanceTarget, &mutation, &space, &mut next, 20_000, &mut rng);
+        let balance = detailed_balance(&LuminanceTarget::default(), &mutation, &space, &mut next, 20_000, &mut rng);
         assert!(balance.holds(1e-9), "{}: {balance:?}", mutation.name());
 
         let (mut moved, mut kept) = (0, 0);
@@ -126,7 +124,7 @@ fn functions(x: &Path) -> [f64; FUNCTIONS] {
 
 fn drift<M: Mutation<Space = PathSpace, State = Path>>(space: &PathSpace, kernel: &M, samples: u64) -> Invariance {
     let mut rng = stream(43, Purpose::Chain, 0);
-    one_step_invariance(&LuminanceTarget, kernel, space, draw(space), functions, samples, &mut rng)
+    one_step_invariance(&LuminanceTarget::default(), kernel, space, draw(space), functions, samples, &mut rng)
 }
 
 #[test]
@@ -267,7 +265,7 @@ fn without_dispersion_the_picture_is_that_of_rgb() {
 fn without_dispersive_glass_nothing_has_a_wavelength() {
     let scene = view_of(dispersive_room(0.0), (SIDE, SIDE));
     let settings = Settings { seed: 3, ..settings(Method::Mlt, &(1..=7), SIDE, 20.0) };
-    let picture = |scene: &Arc<Scene>| render(scene, &settings, &Unobserved).expect("valid settings").picture.pixels;
+    let picture = |scene: &Scene| render(scene, &settings, &Unobserved).expect("valid settings").picture.pixels;
     // Thin walls and surfaces that nothing passes do not disperse, so the picture has the same bits.
     let mut thin = dispersive_room(0.0);
     thin.materials[0].dispersion = 1.0;
@@ -347,10 +345,10 @@ fn chains_reach_every_wavelength() {
             break x;
         }
     };
-    let mut chain = ergodic_metropolis::Chain::new(start, &LuminanceTarget);
+    let mut chain = ergodic_metropolis::Chain::new(start, &LuminanceTarget::default());
     let mut seen = [0u32; 10];
     for _ in 0..nightly(200_000, 2_000_000) {
-        chain.step(&LuminanceTarget, &mixture, &space, &mut rng);
+        chain.step(&LuminanceTarget::default(), &mixture, &space, &mut rng);
         let x = chain.current().0;
         if x.response().is_some() {
             let share =

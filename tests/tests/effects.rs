@@ -1,7 +1,5 @@
 //! The census finds what scenes have; being ready for more changes no picture; what is left out is missed.
 
-use std::sync::Arc;
-
 use ergodic_pathspace::{Census, Effect, Effects, Forced, Scene};
 use ergodic_render::{Method, Settings};
 use ergodic_tests::{description, nightly};
@@ -37,12 +35,12 @@ fn a_material_that_nothing_has_calls_for_nothing() {
     assert!(!found.has_specular() && !found.has(Effect::Absorption), "{found:?}");
 }
 
-fn scene(name: &str, forced: &Forced) -> Arc<Scene> {
+fn scene(name: &str, forced: &Forced) -> Scene {
     let mut description = description(name);
     let camera = description.cameras[0].clone();
     let mut view = Settings { size: (32, 32), ..Settings::default() }.view(camera);
     description.plan(&mut view.camera, forced);
-    Arc::new(Scene::new(description, &view).expect("a sound scene"))
+    Scene::new(description, &view).expect("a sound scene")
 }
 
 const REPLICAS: u64 = 8;

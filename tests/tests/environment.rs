@@ -6,7 +6,6 @@
 //! - An environment whose light comes from a small spot is a directional light of the same irradiance.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_laws::faults::Scaled;
@@ -22,7 +21,7 @@ use crate::rendering::check_methods;
 use crate::strategies::{AGREE, check_connections, disagreement};
 
 /// Things under an environment.
-fn under(environment: Environment, things: Vec<Thing>, eye: &Eye, side: u32) -> Arc<Scene> {
+fn under(environment: Environment, things: Vec<Thing>, eye: &Eye, side: u32) -> Scene {
     let mut description = description_of(things, Vec::new(), eye);
     description.environment = Some(environment);
     view_of(description, (side, side))

@@ -78,7 +78,7 @@ impl<'a> Exact<'a> {
 
 fn quantities(x: &Path) -> [f64; QUANTITIES] {
     let at = x.raster.expect("paths of the space meet the image");
-    let brightness = LuminanceTarget::ln_density(&LuminanceTarget.evaluate(x));
+    let brightness = <LuminanceTarget>::ln_density(&LuminanceTarget::default().evaluate(x));
     [at.x, x.length() as f64, brightness, x.vertices[0].position.z]
 }
 
@@ -87,7 +87,7 @@ fn ranks<M>(space: &PathSpace, kernel: &M, runs: usize, seed: u64) -> [f64; QUAN
 where
     M: Mutation<Space = PathSpace, State = Path>,
 {
-    let target = LuminanceTarget;
+    let target = LuminanceTarget::default();
     let mut exact = Exact::new(space);
     let mut rng = stream(seed, Purpose::Chain, 21);
     let mut counts = [[0u64; LENGTH]; QUANTITIES];

@@ -1,8 +1,6 @@
 //! Errors of pictures that the test against a stored reference must catch, at the power it claims; and none where there is
 //! none.
 
-use std::sync::Arc;
-
 use ergodic_assess::{Image, Reference, ReplicaTest, Verdict, test_replicas};
 use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::{Mixture, RandomSource};
@@ -12,7 +10,7 @@ use ergodic_render::{
     Budget, Direct, Estimator, Method, Purpose, Settings, Stage, Unobserved, render_replicas, render_with_mixture,
     sample_image,
 };
-use ergodic_scattering::{Filter, Rgb};
+use ergodic_scattering::{Everything, Filter, Rgb};
 use ergodic_tests::{description, image, nightly, root, view_of};
 use glam::DVec2;
 
@@ -24,7 +22,7 @@ fn reference(name: &str) -> Reference {
     Reference::read(&root().join("reference").join(format!("{name}.exr"))).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn scene(name: &str) -> Arc<Scene> {
+fn scene(name: &str) -> Scene {
     let image = reference(name).mean;
     view_of(description(name), (image.width, image.height))
 }
@@ -73,6 +71,8 @@ struct OneClass {
 }
 
 impl Estimator for OneClass {
+    type Repertoire = Everything;
+
     fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         let Self { sampler, path, class } = self;
         sampler.sample(scene, rng, |sampler, c| {

@@ -7,7 +7,6 @@
 //! - A medium that only absorbs dims a wall of radiance L at distance d to L exp(-s d).
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::Mutation;
@@ -33,7 +32,7 @@ fn within(
     environment: Option<Environment>,
     eye: &Eye,
     side: u32,
-) -> Arc<Scene> {
+) -> Scene {
     let mut description = description_of(things, lights, eye);
     description.environment = environment;
     description.medium = medium;
@@ -227,7 +226,7 @@ fn a_cosine_in_the_medium_or_a_density_without_flight_is_caught() {
 #[test]
 fn the_way_back_has_support_and_balance_is_detailed() {
     let ln_target = |x: &Path| {
-        let target = LuminanceTarget;
+        let target = LuminanceTarget::default();
         <LuminanceTarget as ergodic_metropolis::Target>::ln_density(&ergodic_metropolis::Target::evaluate(&target, x))
     };
     for (name, space) in spaces(64) {

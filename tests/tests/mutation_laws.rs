@@ -28,8 +28,8 @@ pub(crate) fn mixture(members: Vec<AnyMutation>) -> Mixture<AnyMutation> {
 
 /// ln C of a path from its points alone.
 fn ln_target(x: &Path) -> f64 {
-    let target = LuminanceTarget;
-    LuminanceTarget::ln_density(&target.evaluate(x))
+    let target = LuminanceTarget::default();
+    <LuminanceTarget>::ln_density(&target.evaluate(x))
 }
 
 #[test]
@@ -144,7 +144,7 @@ where
     let mut rng = stream(seed, Purpose::Chain, 2);
     let mut x = Path::default();
     let (mut hx, mut hy) = ([0.0; FUNCTIONS], [0.0; FUNCTIONS]);
-    let target = LuminanceTarget;
+    let target = LuminanceTarget::default();
     for _ in 0..samples {
         let Some(weight) = source.draw(&mut x, &mut rng) else { continue };
         functions(&x, &mut hx);

@@ -8,17 +8,16 @@ use ergodic_render::{
     BidirectionalPathTracer, Estimator, Multiplexed, PathTracer, PrimaryMutation, PrimarySample, PrimarySpace,
     PrimaryTarget, Purpose, stream,
 };
-use ergodic_scattering::luminance;
+use ergodic_scattering::{Everything, luminance};
 use ergodic_tests::{nightly, space};
 use rand_pcg::Pcg64Dxsm;
-use std::sync::Arc;
 
 use crate::mutation_laws::{LENGTHS, SIZE};
 
 const ROULETTE: Roulette = Roulette { start: 4, survival: 0.7 };
 
 /// Functions of a sample whose means must stay where they are.
-fn functions<E: Estimator>(x: &PrimarySample<E>) -> [f64; 6] {
+fn functions<E: Estimator<Repertoire = Everything>>(x: &PrimarySample<E>) -> [f64; 6] {
     let total = x.luminance();
     let at = x.splats().iter().max_by(|a, b| a.1.x.total_cmp(&b.1.x)).map_or([0.0; 2], |(raster, _)| raster.to_array());
     let red: f64 = x.splats().iter().map(|(_, color)| color.x).sum();
@@ -37,14 +36,18 @@ fn f64_of(is: bool) -> f64 {
 }
 
 /// A uniform sample and its weight.
-fn draw<E: Estimator>(space: &PrimarySpace, estimator: &E, rng: &mut Pcg64Dxsm) -> Option<(PrimarySample<E>, f64)> {
+fn draw<E: Estimator<Repertoire = Everything>>(
+    space: &PrimarySpace,
+    estimator: &E,
+    rng: &mut Pcg64Dxsm,
+) -> Option<(PrimarySample<E>, f64)> {
     let mut x = PrimarySample::new(estimator.clone());
     x.draw(&space.scene, rng);
     let weight = x.luminance();
     (weight > 0.0).then_some((x, weight))
 }
 
-fn drift<E: Estimator, M: Mutation<Space = PrimarySpace, State = PrimarySample<E>>>(
+fn drift<E: Estimator<Repertoire = Everything>, M: Mutation<Space = PrimarySpace, State = PrimarySample<E>>>(
     space: &PrimarySpace,
     estimator: &E,
     mutation: &M,
@@ -59,8 +62,8 @@ fn members<E>() -> [PrimaryMutation<E>; 2] {
     [PrimaryMutation::Large, PrimaryMutation::small(1.0 / 1024.0, 1.0 / 64.0)]
 }
 
-pub(crate) fn check<E: Estimator>(name: &str, space: &PathSpace, estimator: &E, n: u64) {
-    let space = PrimarySpace { scene: Arc::clone(&space.scene) };
+pub(crate) fn check<E: Estimator<Repertoire = Everything>>(name: &str, space: &PathSpace, estimator: &E, n: u64) {
+    let space = PrimarySpace { scene: space.scene.clone() };
     let mut rng = stream(3, Purpose::Chain, 1);
     let mut source = |rng: &mut Pcg64Dxsm| loop {
         if let Some((x, _)) = draw(&space, estimator, rng) {
@@ -118,7 +121,7 @@ fn chains_of_multiplexed_sampling_obey_the_laws() {
 fn small_steps_keep_the_length_of_a_multiplexed_path_and_change_everything_else() {
     let space = space("cornell", SIZE, LENGTHS);
     let estimator = Multiplexed::new(&space.scene, LENGTHS, 5);
-    let space = PrimarySpace { scene: Arc::clone(&space.scene) };
+    let space = PrimarySpace { scene: space.scene.clone() };
     let mut rng = stream(3, Purpose::Chain, 2);
     let small = PrimaryMutation::small(1.0 / 1024.0, 1.0 / 64.0);
     let (mut lit, mut moved) = (0, 0);

@@ -1,7 +1,5 @@
 //! Whole renders: the same bytes on any number of threads, faults that can be seen again, methods that agree.
 
-use std::sync::Arc;
-
 use ergodic_geometry::Isa;
 use ergodic_laws::faults::Scaled;
 use ergodic_metropolis::diagnostics::Moments;
@@ -49,9 +47,8 @@ fn the_same_seed_gives_the_same_bytes_with_any_instructions() {
         let view =
             View { camera: description.cameras[0].clone(), width: size.0, height: size.1, margin: 0.0, crop: None };
         let picture = |isa: Isa, seed| {
-            let scene = Scene::new(description.clone(), &view).unwrap().with_isa(isa);
-            let rendering =
-                render(&Arc::new(scene), &Settings { seed, ..settings(Method::Mlt, size, 200.0) }, &Unobserved);
+            let scene = Scene::searched_with(Some(isa), description.clone(), &view).unwrap();
+            let rendering = render(&scene, &Settings { seed, ..settings(Method::Mlt, size, 200.0) }, &Unobserved);
             let rendering = rendering.unwrap();
             assert_eq!(rendering.instructions, isa.name());
             rendering.picture
@@ -157,7 +154,7 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
 }
 
 /// Mean luminance of the blocks of a picture, 4 x 4 of them.
-fn blocks(scene: &Arc<Scene>, settings: &Settings) -> Vec<f64> {
+fn blocks(scene: &Scene, settings: &Settings) -> Vec<f64> {
     let picture = render(scene, settings, &Unobserved).expect("valid settings").picture;
     let (width, height) = (picture.width as usize, picture.height as usize);
     let mut sums = vec![0.0; 17];
@@ -170,7 +167,7 @@ fn blocks(scene: &Arc<Scene>, settings: &Settings) -> Vec<f64> {
 }
 
 /// Mean and squared standard error of each block over replicas.
-pub(crate) fn replicate(scene: &Arc<Scene>, settings: &Settings, replicas: u64) -> Vec<(f64, f64)> {
+pub(crate) fn replicate(scene: &Scene, settings: &Settings, replicas: u64) -> Vec<(f64, f64)> {
     let runs: Vec<Vec<f64>> =
         (0..replicas).map(|seed| blocks(scene, &Settings { seed: 100 + seed, ..settings.clone() })).collect();
     let n = replicas as f64;
@@ -203,7 +200,7 @@ fn check_agreement(name: &str) {
 }
 
 /// Path tracing, bidirectional path tracing and Metropolis light transport make the same picture.
-pub(crate) fn check_methods(name: &str, scene: &Arc<Scene>) {
+pub(crate) fn check_methods(name: &str, scene: &Scene) {
     let size = (32, 32);
     let path = replicate(scene, &settings(Method::Path, size, nightly(48.0, 384.0)), REPLICAS);
     let bidirectional = replicate(scene, &settings(Method::Bidirectional, size, nightly(24.0, 192.0)), REPLICAS);
@@ -214,7 +211,7 @@ pub(crate) fn check_methods(name: &str, scene: &Arc<Scene>) {
 }
 
 /// Chains of primary samples of all kinds make the picture of bidirectional path tracing; what is a fifth brighter is told apart.
-pub(crate) fn check_primary(name: &str, scene: &Arc<Scene>, size: (u32, u32)) {
+pub(crate) fn check_primary(name: &str, scene: &Scene, size: (u32, u32)) {
     let pixels = f64::from(size.0 * size.1);
     let of = |method, sampler, samples| {
         let mut settings = Settings { min_edges: 1, max_edges: 6, ..settings(method, size, samples / pixels) };
@@ -239,7 +236,7 @@ pub(crate) fn check_primary(name: &str, scene: &Arc<Scene>, size: (u32, u32)) {
     }
 }
 
-fn check_chains(name: &str, scene: &Arc<Scene>) {
+fn check_chains(name: &str, scene: &Scene) {
     let size = (32, 32);
     let single = nightly(&[2, 3, 5][..], &[2, 3, 4, 5, 6]);
     for (min_edges, max_edges) in std::iter::once((1, 8)).chain(single.iter().map(|edges| (*edges, *edges))) {

@@ -23,7 +23,7 @@ fn relative(a: f64, b: f64) -> f64 {
 /// What a sampler says of each of its paths against what the path alone says: estimate times density is f, the weight is
 /// that of the power heuristic over all strategies, and so the weights of all strategies sum to 1.
 pub(crate) fn check_connections(space: &PathSpace, roulette: Roulette, seed: u64, pairs: usize) -> (usize, f64, f64) {
-    let scene = &*space.scene;
+    let scene = &space.scene;
     let mut sampler = BidirectionalSampler::new(space.lengths, roulette);
     let mut rng = stream(seed, Purpose::Bidirectional, 1);
     let mut path = Path::default();
@@ -92,7 +92,7 @@ fn paths_are_unoccluded_and_their_edges_can_be_dropped() {
 /// The largest |z| between two single strategies that make the same paths (T9), over all lengths of the space.
 /// `fault` multiplies the estimate of a path made by strategy s.
 pub(crate) fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) -> f64) -> f64 {
-    let scene = &*space.scene;
+    let scene = &space.scene;
     let longest = space.lengths.max_edges;
     let mut sampler = BidirectionalSampler::new(space.lengths, Roulette::OFF);
     let mut rng = stream(5, Purpose::Bidirectional, 3);

@@ -1,7 +1,6 @@
 //! From options to settings, and from settings to a scene that is ready to be rendered.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use ergodic_assets::{Asset, from_bytes_variant, load_variant};
 use ergodic_pathspace::{Census, Plan, Projection, Scene};
@@ -20,7 +19,7 @@ const BUILT_IN_NAME: &str = "ajar";
 /// A scene, and what is known of it.
 pub struct Source {
     /// Ready to be rendered.
-    pub scene: Arc<Scene>,
+    pub scene: Scene,
     /// What it is called.
     pub name: String,
     /// Which effects it has, and which the code is ready for.
@@ -125,7 +124,7 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
         warnings.push(warning);
     }
     let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
-    Ok(Source { scene: Arc::new(scene), name, plan, census, warnings, notes })
+    Ok(Source { scene: scene, name, plan, census, warnings, notes })
 }
 
 /// Where to write if nothing else was asked for: the name of the scene, or of its folder where that says more.

@@ -1,7 +1,6 @@
 //! `ergodic verify`: whether this build still makes the stored references.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use ergodic_assess::{Exposure, Image, Reference, ReplicaTest, Verdict, test_replicas, write_png};
 use ergodic_assets::load;
@@ -144,7 +143,7 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
         let (camera, _) = asset.camera("", f64::from(width) / f64::from(height))?;
         let view = Settings { size: (width, height), ..Settings::default() }.view(camera);
         let scene = Scene::new(asset.description, &view).map_err(|e| CliError::Said(format!("{name}: {e}")))?;
-        let scene = Arc::new(scene);
+        let scene = scene;
         for case in cases.iter().filter(|case| case.applies(&scene)) {
             let start = std::time::Instant::now();
             let look = |looks: usize| -> Result<ReplicaTest, CliError> {

@@ -5,13 +5,13 @@
 //! `suffix` = k + 1 - m. A pinhole or an orthographic camera is always kept: sampling it again would give the same vertex. A lens
 //! may be deleted, m = k + 1, and a new point of it is sampled.
 
-use ergodic_metropolis::{Density, Mutation, RandomSource, renormalisation};
+use ergodic_metropolis::{Density, RandomSource, renormalisation};
 use ergodic_pathspace::{Path, PathSpace, Scene, density};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Repertoire};
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, trace, trace_sight};
-use crate::{PathMutation, Rejection, Splice, wavelength};
+use crate::{PathMutation, Registered, Rejection, Splice, wavelength};
 
 /// Bidirectional mutation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -60,7 +60,7 @@ struct Choices {
 }
 
 impl Choices {
-    fn new(space: &PathSpace, x: &Path) -> Self {
+    fn new<R: Repertoire>(space: &PathSpace<R>, x: &Path<R>) -> Self {
         Self { k: x.length(), lens: space.scene.camera().has_aperture() }
     }
 
@@ -111,7 +111,12 @@ impl Choices {
     }
 
     /// The numbers of edges that may be inserted: the new length is allowed, and something changes.
-    fn insertions(&self, space: &PathSpace, prefix: usize, deleted: usize) -> std::ops::RangeInclusive<usize> {
+    fn insertions<R: Repertoire>(
+        &self,
+        space: &PathSpace<R>,
+        prefix: usize,
+        deleted: usize,
+    ) -> std::ops::RangeInclusive<usize> {
         let kept = self.k as isize - deleted as isize;
         let least_allowed = space.lengths.min_edges.max(1) as isize - kept;
         // One edge in place of one is the same path; one edge before vertex 0 would make no light vertex, one behind the camera
@@ -137,9 +142,9 @@ impl Choices {
         }
     }
 
-    fn choose_insertion(
+    fn choose_insertion<R: Repertoire>(
         &self,
-        space: &PathSpace,
+        space: &PathSpace<R>,
         prefix: usize,
         deleted: usize,
         rng: &mut impl RandomSource,
@@ -157,7 +162,13 @@ impl Choices {
         last
     }
 
-    fn insertion_probability(&self, space: &PathSpace, prefix: usize, deleted: usize, inserted: usize) -> f64 {
+    fn insertion_probability<R: Repertoire>(
+        &self,
+        space: &PathSpace<R>,
+        prefix: usize,
+        deleted: usize,
+        inserted: usize,
+    ) -> f64 {
         let range = self.insertions(space, prefix, deleted);
         if !range.contains(&inserted) {
             return 0.0;
@@ -168,14 +179,14 @@ impl Choices {
 
 impl Bidirectional {
     /// Samples `count` vertices from the light's side, from index `first` on.
-    fn walk_from_light(
-        space: &PathSpace,
-        y: &mut Path,
+    fn walk_from_light<R: Repertoire>(
+        space: &PathSpace<R>,
+        y: &mut Path<R>,
         first: usize,
         count: usize,
         rng: &mut impl RandomSource,
     ) -> Result<(), Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         for i in first..first + count {
             if i == 0 {
                 scene.sample_emitter(y.wavelength, &mut y.vertices[0], rng);
@@ -200,14 +211,14 @@ impl Bidirectional {
     }
 
     /// Samples `count` vertices from the eye's side, from index `last` down.
-    fn walk_from_eye(
-        space: &PathSpace,
-        y: &mut Path,
+    fn walk_from_eye<R: Repertoire>(
+        space: &PathSpace<R>,
+        y: &mut Path<R>,
         last: usize,
         count: usize,
         rng: &mut impl RandomSource,
     ) -> Result<(), Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let k = y.length();
         for i in (last + 1 - count..=last).rev() {
             if i == k {
@@ -229,7 +240,7 @@ impl Bidirectional {
     }
 
     /// Makes vertex `i` an end of the connection.
-    fn make_connectable(y: &mut Path, i: usize) -> Result<(), Rejection> {
+    fn make_connectable<R: Repertoire>(y: &mut Path<R>, i: usize) -> Result<(), Rejection> {
         let k = y.length();
         let vertex = &mut y.vertices[i];
         if i > 0 && i < k && !vertex.interaction.has_rough() {
@@ -240,7 +251,7 @@ impl Bidirectional {
     }
 }
 
-impl PathMutation for Bidirectional {
+impl Registered for Bidirectional {
     const ERGODIC: bool = true;
 
     fn validate(&self) -> Result<(), String> {
@@ -248,20 +259,15 @@ impl PathMutation for Bidirectional {
     }
 }
 
-impl Mutation for Bidirectional {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn propose(
+impl PathMutation for Bidirectional {
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let k = x.length();
         let choices = Choices::new(space, x);
         let (prefix, deleted) = choices.choose_deletion(rng);
@@ -307,12 +313,8 @@ impl Mutation for Bidirectional {
         Ok(Splice { prefix, suffix })
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
-        let scene = &*space.scene;
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
+        let scene = &space.scene;
         let Splice { prefix, suffix } = plan;
         let new_end = to.vertices.len() - suffix;
         let inserted = new_end - prefix + 1;
@@ -337,7 +339,7 @@ impl Bidirectional {
     ///
     /// With l and e the densities from either side, sum = Σ_s Π_{i<s} l_i Π_{i>=s} e_i over the splits that exist, in one
     /// pass from the light: multiplying what is there by e_i, then adding the split after i.
-    fn sum_over_splits(scene: &Scene, path: &Path, prefix: usize, new_end: usize) -> Density {
+    fn sum_over_splits<R: Repertoire>(scene: &Scene<R>, path: &Path<R>, prefix: usize, new_end: usize) -> Density {
         let vertices = &path.vertices[..];
         let mut power = 0;
         let mut from_light = 1.0;

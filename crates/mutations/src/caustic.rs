@@ -5,16 +5,16 @@
 //! For suffixes `(L|D) S* D E`, written from the light.
 
 use ergodic_geometry::Frame;
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{End, Path, PathSpace};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Repertoire};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
 use crate::retrace::{conversion, length, perturb_length, retrace};
-use crate::{PathMutation, Rejection, Splice, validate_image_jump, wavelength};
+use crate::{PathMutation, Registered, Rejection, Splice, validate_image_jump, wavelength};
 
 /// Caustic perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -37,7 +37,7 @@ const MAX_ANGLE: f64 = 1.5;
 
 impl Caustic {
     /// The vertex whose outgoing direction is turned.
-    fn start(x: &Path) -> Option<usize> {
+    fn start<R: Repertoire>(x: &Path<R>) -> Option<usize> {
         let k = x.length();
         if k < 2 || x.vertices[k - 1].component != Component::Rough {
             return None;
@@ -47,7 +47,7 @@ impl Caustic {
 
     /// The range of angles, which depends on the path: pixels carried through |x_{k-1} - x_k| over the summed length of
     /// the edges that move. From infinitely far away it is a range of lengths: the pixels' size at x_{k-1}.
-    fn range(&self, space: &PathSpace, x: &Path, start: usize) -> JumpRange {
+    fn range<R: Repertoire>(&self, space: &PathSpace<R>, x: &Path<R>, start: usize) -> JumpRange {
         let k = x.length();
         let size_of_pixel = space.scene.camera().length_per_pixel(x.edges[k - 1].length);
         let jumps = crate::image_jumps(space, self.min_pixels, self.image_share);
@@ -60,7 +60,7 @@ impl Caustic {
 
     /// Density with which vertex `start + 1` of `to` is found from `from`: per solid angle of the turned direction, per area of a plane
     /// perpendicular to light that was shifted. 0 outside the range.
-    fn pdf_of_move(range: &JumpRange, from: &Path, to: &Path, start: usize) -> f64 {
+    fn pdf_of_move<R: Repertoire>(range: &JumpRange, from: &Path<R>, to: &Path<R>, start: usize) -> f64 {
         let direction = from.edges[start].direction;
         if from.vertices[start].is_distant() {
             let moved = to.vertices[1].position - from.vertices[1].position;
@@ -71,30 +71,25 @@ impl Caustic {
     }
 }
 
-impl PathMutation for Caustic {
+impl Registered for Caustic {
     fn validate(&self) -> Result<(), String> {
         validate_image_jump(self.min_pixels, self.image_share)
     }
 }
 
-impl Mutation for Caustic {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, _space: &PathSpace, x: &Path) -> f64 {
+impl PathMutation for Caustic {
+    fn suitability<R: Repertoire>(&self, _space: &PathSpace<R>, x: &Path<R>) -> f64 {
         if Self::start(x).is_some() { 1.0 } else { 0.0 }
     }
 
-    fn propose(
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let start = Self::start(x).ok_or(Rejection::WrongComponent)?;
         let k = x.length();
         let range = self.range(space, x, start);
@@ -137,11 +132,7 @@ impl Mutation for Caustic {
         Ok(plan)
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
         let k = from.length();
         let Some(start) = Self::start(from).filter(|start| start + 1 == plan.prefix) else {
             return Density::ZERO;

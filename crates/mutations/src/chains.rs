@@ -2,7 +2,7 @@
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{Path, Scene, Vertex};
-use ergodic_scattering::{Component, Sight};
+use ergodic_scattering::{Component, Repertoire, Sight};
 use glam::DVec3;
 
 use crate::Rejection;
@@ -11,7 +11,11 @@ use crate::Rejection;
 ///
 /// A Dirac component fixes the direction; the caller chooses it otherwise.
 #[inline]
-pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -> Result<DVec3, Rejection> {
+pub(crate) fn follow<R: Repertoire>(
+    vertex: &mut Vertex<R>,
+    w_from: DVec3,
+    component: Component,
+) -> Result<DVec3, Rejection> {
     vertex.component = component;
     vertex.interaction.dirac_direction(w_from, component).ok_or(Rejection::WrongComponent)
 }
@@ -19,9 +23,9 @@ pub(crate) fn follow(vertex: &mut Vertex, w_from: DVec3, component: Component) -
 /// Makes vertex `to` of `y` what a walk from vertex `from`, its neighbour, meets in direction `w`, and derives the edge between them. Only
 /// vertex 0, the light end, may be the environment.
 #[inline]
-pub(crate) fn trace(
-    scene: &Scene,
-    y: &mut Path,
+pub(crate) fn trace<R: Repertoire>(
+    scene: &Scene<R>,
+    y: &mut Path<R>,
     from: usize,
     to: usize,
     w: DVec3,
@@ -46,9 +50,9 @@ pub(crate) fn trace(
 
 /// Makes vertex k - 1 of `y` what the camera, which is vertex k, sees on a line of sight, and derives the edge between them.
 #[inline]
-pub(crate) fn trace_sight(
-    scene: &Scene,
-    y: &mut Path,
+pub(crate) fn trace_sight<R: Repertoire>(
+    scene: &Scene<R>,
+    y: &mut Path<R>,
     sight: &Sight,
     rng: &mut impl RandomSource,
 ) -> Result<(), Rejection> {
@@ -69,7 +73,7 @@ pub(crate) fn trace_sight(
 
 /// The density, without selection probabilities, with which a Dirac vertex passes light on: 1 for other vertices.
 #[inline]
-pub(crate) fn dirac_factor(vertex: &Vertex, w_to: DVec3) -> f64 {
+pub(crate) fn dirac_factor<R: Repertoire>(vertex: &Vertex<R>, w_to: DVec3) -> f64 {
     if vertex.component == Component::Rough { 1.0 } else { vertex.interaction.dirac_density(w_to, vertex.component) }
 }
 
@@ -78,7 +82,7 @@ pub(crate) fn dirac_factor(vertex: &Vertex, w_to: DVec3) -> f64 {
 ///
 /// The other edges at both vertices must be there. Derives the edge and the scattering at its ends.
 #[inline]
-pub(crate) fn connect(scene: &Scene, y: &mut Path, i: usize) -> Result<(), Rejection> {
+pub(crate) fn connect<R: Repertoire>(scene: &Scene<R>, y: &mut Path<R>, i: usize) -> Result<(), Rejection> {
     y.derive_edges(scene, i, i + 1);
     y.derive_scattering(scene, i, i + 1);
     if i + 1 == y.length() && y.raster.is_none() {

@@ -3,7 +3,7 @@
 
 use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{End, Path, PathSpace, Scene};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Repertoire};
 
 use crate::chains::{connect, dirac_factor, follow};
 use crate::jump::JumpRange;
@@ -21,7 +21,7 @@ pub(crate) struct EyeSide {
 
 /// The first rough vertex seen from the eye, if it can be connected on; 0 when the Dirac chain ends on a light.
 #[inline]
-pub(crate) fn start(x: &Path) -> Option<usize> {
+pub(crate) fn start<R: Repertoire>(x: &Path<R>) -> Option<usize> {
     let first_rough = (1..x.length()).rev().find(|&i| x.vertices[i].component == Component::Rough);
     match first_rough {
         None => x.vertices[0].can_be_met().then_some(0),
@@ -32,7 +32,7 @@ pub(crate) fn start(x: &Path) -> Option<usize> {
 /// Finishes a candidate that was traced from the eye down to vertex `end`: that is connected to the vertex before it, which is kept, or
 /// must emit if there is none.
 #[inline]
-pub(crate) fn join(scene: &Scene, y: &mut Path, end: usize) -> Result<(), Rejection> {
+pub(crate) fn join<R: Repertoire>(scene: &Scene<R>, y: &mut Path<R>, end: usize) -> Result<(), Rejection> {
     let k = y.length();
     if end == 0 {
         y.derive_scattering(scene, 0, k);
@@ -48,15 +48,15 @@ pub(crate) fn join(scene: &Scene, y: &mut Path, end: usize) -> Result<(), Reject
 
 impl EyeSide {
     /// Replaces the vertices `start .. k` of `x`; vertex `start` is the first that is not left through a Dirac chain.
-    pub(crate) fn propose(
+    pub(crate) fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
         start: usize,
-        y: &mut Path,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let camera = scene.camera();
         let k = x.length();
         let image_point = x.raster.ok_or(Rejection::OffFilm)? + self.image.displace(rng);
@@ -99,7 +99,13 @@ impl EyeSide {
 
     /// T: the density of the image point per image area, of each turned direction per solid angle, all carried to the
     /// area measure of the new vertices. Dirac components are kept, not chosen, so no selection probability enters.
-    pub(crate) fn density(&self, space: &PathSpace, from: &Path, to: &Path, start: usize) -> Density {
+    pub(crate) fn density<R: Repertoire>(
+        &self,
+        space: &PathSpace<R>,
+        from: &Path<R>,
+        to: &Path<R>,
+        start: usize,
+    ) -> Density {
         let k = from.length();
         if to.length() != k || (start + 1..k).any(|i| from.vertices[i].component != to.vertices[i].component) {
             return Density::ZERO;

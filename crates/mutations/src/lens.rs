@@ -3,12 +3,13 @@
 //!
 //! For suffixes `(L|D) D S* E`, written from the light, and for whole paths `L S* E` whose chain ends on the light.
 
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Path, PathSpace};
+use ergodic_scattering::Repertoire;
 use serde::{Deserialize, Serialize};
 
 use crate::eye_side::{self, EyeSide};
-use crate::{PathMutation, Rejection, Splice, image_jumps, validate_image_jump};
+use crate::{PathMutation, Registered, Rejection, Splice, image_jumps, validate_image_jump};
 
 /// Lens perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -27,43 +28,34 @@ impl Default for Lens {
 }
 
 impl Lens {
-    fn eye_side(&self, space: &PathSpace) -> EyeSide {
+    fn eye_side<R: Repertoire>(&self, space: &PathSpace<R>) -> EyeSide {
         EyeSide { image: image_jumps(space, self.min_pixels, self.image_share), turn: None }
     }
 }
 
-impl PathMutation for Lens {
+impl Registered for Lens {
     fn validate(&self) -> Result<(), String> {
         validate_image_jump(self.min_pixels, self.image_share)
     }
 }
 
-impl Mutation for Lens {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, _space: &PathSpace, x: &Path) -> f64 {
+impl PathMutation for Lens {
+    fn suitability<R: Repertoire>(&self, _space: &PathSpace<R>, x: &Path<R>) -> f64 {
         if eye_side::start(x).is_some() { 1.0 } else { 0.0 }
     }
 
-    fn propose(
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
         let start = eye_side::start(x).ok_or(Rejection::WrongComponent)?;
         self.eye_side(space).propose(space, x, start, y, rng)
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
         if eye_side::start(from) == Some(plan.prefix) {
             self.eye_side(space).density(space, from, to, plan.prefix)
         } else {

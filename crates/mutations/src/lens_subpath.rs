@@ -21,14 +21,14 @@
 //! its own. Veach's tally is nearly that, as he runs thousands of chains in rotation and no chain sees many entries of it.
 //! But chains here run each for itself, so that any number of threads gives the same picture, and have no common subpath to use again.
 
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Path, PathSpace, Vertex, density};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Repertoire};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::chains::{follow, trace, trace_sight};
-use crate::{PathMutation, Rejection, Splice, eye_side, wavelength};
+use crate::{PathMutation, Registered, Rejection, Splice, eye_side, wavelength};
 
 /// Lens subpath mutation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -44,7 +44,7 @@ struct Choice {
 
 impl Choice {
     #[inline]
-    fn at(vertex: &Vertex, w_eye: DVec3) -> Self {
+    fn at<R: Repertoire>(vertex: &Vertex<R>, w_eye: DVec3) -> Self {
         let [reflection, transmission] = vertex.interaction.dirac_probabilities(w_eye);
         let end = if reflection + transmission <= 0.0 {
             // Also on the environment, and on lights that scatter nothing.
@@ -77,24 +77,24 @@ impl Choice {
 impl LensSubpath {
     /// Where the lens subpath of a path ends, if it can be deleted and sampled again.
     #[inline]
-    fn end(x: &Path) -> Option<usize> {
+    fn end<R: Repertoire>(x: &Path<R>) -> Option<usize> {
         // A light that is a mirror too, and nothing else, ends no subpath.
         eye_side::start(x).filter(|&end| end > 0 || Self::end_probability(x, 0) > 0.0)
     }
 
     #[inline]
-    fn end_probability(x: &Path, end: usize) -> f64 {
+    fn end_probability<R: Repertoire>(x: &Path<R>, end: usize) -> f64 {
         Choice::at(&x.vertices[end], x.edges[end].direction).end
     }
 
     /// What is kept: a pinhole too, and the direction of an orthographic camera.
     #[inline]
-    fn plan(space: &PathSpace, end: usize) -> Splice {
+    fn plan<R: Repertoire>(space: &PathSpace<R>, end: usize) -> Splice {
         Splice { prefix: end, suffix: usize::from(!space.scene.camera().has_aperture()) }
     }
 }
 
-impl PathMutation for LensSubpath {
+impl Registered for LensSubpath {
     const WEIGHT: f64 = 0.0;
 
     fn validate(&self) -> Result<(), String> {
@@ -102,24 +102,19 @@ impl PathMutation for LensSubpath {
     }
 }
 
-impl Mutation for LensSubpath {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, _space: &PathSpace, x: &Path) -> f64 {
+impl PathMutation for LensSubpath {
+    fn suitability<R: Repertoire>(&self, _space: &PathSpace<R>, x: &Path<R>) -> f64 {
         if Self::end(x).is_some() { 1.0 } else { 0.0 }
     }
 
-    fn propose(
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let camera = scene.camera();
         let end = Self::end(x).ok_or(Rejection::WrongComponent)?;
         let plan = Self::plan(space, end);
@@ -153,13 +148,9 @@ impl Mutation for LensSubpath {
         Ok(plan)
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
     /// The density of the walk from the eye, times the probability that it ends where it does.
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
-        let scene = &*space.scene;
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
+        let scene = &space.scene;
         let end = plan.prefix;
         if Self::end(from) != Some(end) || Self::end(to) != Some(end) || plan != Self::plan(space, end) {
             return Density::ZERO;

@@ -1,6 +1,6 @@
 //! The path-space mutations of Veach 11.4, one file each, and their registry.
 //!
-//! To add a mutation: one file that implements [`Mutation`] for a struct with its settings, and one line in
+//! To add a mutation: one file that implements [`PathMutation`] and [`Registered`] for a struct with its settings, and one line in
 //! [`AnyMutation`] below. That gives it dispatch, its RON syntax, its row in the statistics and its place in the laws.
 
 mod bidirectional;
@@ -24,17 +24,40 @@ pub use multi_chain::MultiChain;
 pub use splice::{Rejection, Splice};
 pub use volume::Volume;
 
+use std::marker::PhantomData;
+
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Density, Mutation, RandomSource};
 use ergodic_pathspace::{Effects, Path, PathSpace};
+use ergodic_scattering::{Everything, Repertoire};
 use serde::{Deserialize, Serialize};
 
 use jump::JumpRange;
 
-/// What the registry asks of a mutation beside [`Mutation`] itself.
-pub trait PathMutation:
-    Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Default + Copy
-{
+/// A mutation of paths, compiled for each repertoire of scenes. In the repertoire [`Everything`] it is a [`Mutation`] as it stands, in
+/// another one as [`InRepertoire`].
+pub trait PathMutation: Copy {
+    /// The relative weight with which it wants to be chosen from `x`: see [`Mutation::suitability`].
+    #[inline]
+    fn suitability<R: Repertoire>(&self, _space: &PathSpace<R>, _x: &Path<R>) -> f64 {
+        1.0
+    }
+
+    /// Makes `y` a candidate, or says why there is none: see [`Mutation::propose`].
+    fn propose<R: Repertoire>(
+        &self,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
+        rng: &mut impl RandomSource,
+    ) -> Result<Splice, Rejection>;
+
+    /// The joint density of `(plan, to)` given `from`, in the product of the measures of the new vertices: see [`Mutation::density`].
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density;
+}
+
+/// What the registry asks of a mutation beside [`PathMutation`] itself.
+pub trait Registered: PathMutation + Default {
     /// Whether this mutation alone reaches every path from every other.
     const ERGODIC: bool = false;
 
@@ -53,6 +76,63 @@ pub trait PathMutation:
     /// A sentence that names the setting and what is allowed.
     fn validate(&self) -> Result<(), String>;
 }
+
+/// A mutation of paths as the kernel of a chain through the path space of a scene of the repertoire R.
+#[derive(Clone, Copy, Debug)]
+pub struct InRepertoire<M, R> {
+    mutation: M,
+    repertoire: PhantomData<R>,
+}
+
+impl<M, R> InRepertoire<M, R> {
+    /// This mutation in the repertoire.
+    pub fn new(mutation: M) -> Self {
+        Self { mutation, repertoire: PhantomData }
+    }
+}
+
+/// Makes a type with [`PathMutation`] a [`Mutation`].
+macro_rules! kernel {
+    (impl$([$($generics:tt)*])? for $kernel:ty, $repertoire:ty, $mutation:ident => $inner:expr) => {
+        impl$(<$($generics)*>)? Mutation for $kernel {
+            type Space = PathSpace<$repertoire>;
+            type State = Path<$repertoire>;
+            type Plan = Splice;
+            type Failure = Rejection;
+
+            #[inline]
+            fn suitability(&self, space: &Self::Space, x: &Self::State) -> f64 {
+                let $mutation = self;
+                PathMutation::suitability(&$inner, space, x)
+            }
+
+            #[inline]
+            fn propose(
+                &self,
+                space: &Self::Space,
+                x: &Self::State,
+                y: &mut Self::State,
+                rng: &mut impl RandomSource,
+            ) -> Result<Splice, Rejection> {
+                let $mutation = self;
+                PathMutation::propose(&$inner, space, x, y, rng)
+            }
+
+            #[inline]
+            fn ln_density(&self, space: &Self::Space, from: &Self::State, to: &Self::State, plan: Splice) -> f64 {
+                Mutation::density(self, space, from, to, plan).ln()
+            }
+
+            #[inline]
+            fn density(&self, space: &Self::Space, from: &Self::State, to: &Self::State, plan: Splice) -> Density {
+                let $mutation = self;
+                PathMutation::density(&$inner, space, from, to, plan)
+            }
+        }
+    };
+}
+
+kernel!(impl[M: PathMutation, R: Repertoire] for InRepertoire<M, R>, R, kernel => kernel.mutation);
 
 /// Checks the settings of a jump on the image.
 fn validate_image_jump(min_pixels: f64, image_share: f64) -> Result<(), String> {
@@ -105,43 +185,42 @@ macro_rules! registry {
             ///
             /// A sentence that names the setting and what is allowed.
             pub fn validate(&self) -> Result<(), String> {
-                match self { $(Self::$variant(m) => PathMutation::validate(m)),+ }
+                match self { $(Self::$variant(m) => Registered::validate(m)),+ }
             }
         }
 
-        impl Mutation for AnyMutation {
-            type Space = PathSpace;
-            type State = Path;
-            type Plan = Splice;
-            type Failure = Rejection;
-
+        impl PathMutation for AnyMutation {
             #[inline]
-            fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
-                match self { $(Self::$variant(m) => m.suitability(space, x)),+ }
+            fn suitability<R: Repertoire>(&self, space: &PathSpace<R>, x: &Path<R>) -> f64 {
+                match self { $(Self::$variant(m) => PathMutation::suitability(m, space, x)),+ }
             }
 
             #[inline]
-            fn propose(
+            fn propose<R: Repertoire>(
                 &self,
-                space: &PathSpace,
-                x: &Path,
-                y: &mut Path,
+                space: &PathSpace<R>,
+                x: &Path<R>,
+                y: &mut Path<R>,
                 rng: &mut impl RandomSource,
             ) -> Result<Splice, Rejection> {
-                match self { $(Self::$variant(m) => m.propose(space, x, y, rng)),+ }
+                match self { $(Self::$variant(m) => PathMutation::propose(m, space, x, y, rng)),+ }
             }
 
             #[inline]
-            fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-                self.density(space, from, to, plan).ln()
-            }
-
-            #[inline]
-            fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
+            fn density<R: Repertoire>(
+                &self,
+                space: &PathSpace<R>,
+                from: &Path<R>,
+                to: &Path<R>,
+                plan: Splice,
+            ) -> Density {
                 let _phase = phase::enter(Phase::Density);
-                match self { $(Self::$variant(m) => m.density(space, from, to, plan)),+ }
+                match self { $(Self::$variant(m) => PathMutation::density(m, space, from, to, plan)),+ }
             }
         }
+
+        kernel!(impl for AnyMutation, Everything, kernel => *kernel);
+        $(kernel!(impl for $variant, Everything, kernel => *kernel);)+
     };
 }
 
@@ -162,13 +241,13 @@ registry! {
 
 /// The radius in pixels of a disk with this share of the image's area.
 #[inline]
-pub(crate) fn max_pixels(space: &PathSpace, image_share: f64) -> f64 {
+pub(crate) fn max_pixels<R: Repertoire>(space: &PathSpace<R>, image_share: f64) -> f64 {
     (image_share * space.scene.camera().image_area_pixels() / std::f64::consts::PI).sqrt()
 }
 
 /// Moves of the image point. The smallest is kept below the largest on images of a few pixels.
 #[inline]
-pub(crate) fn image_jumps(space: &PathSpace, min_pixels: f64, image_share: f64) -> JumpRange {
+pub(crate) fn image_jumps<R: Repertoire>(space: &PathSpace<R>, min_pixels: f64, image_share: f64) -> JumpRange {
     let max = max_pixels(space, image_share);
     JumpRange::new(min_pixels.min(max * 0.1), max)
 }

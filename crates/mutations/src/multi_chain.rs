@@ -4,14 +4,14 @@
 //! moves, and at every rough vertex that is followed by another Dirac chain the direction is turned by a small angle, until
 //! two connectable neighbours come in a row; or the last chain lands on the light itself.
 
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Effects, Path, PathSpace};
-use ergodic_scattering::Component;
+use ergodic_scattering::{Component, Repertoire};
 use serde::{Deserialize, Serialize};
 
 use crate::eye_side::EyeSide;
 use crate::jump::JumpRange;
-use crate::{PathMutation, Rejection, Splice, image_jumps, validate_image_jump};
+use crate::{PathMutation, Registered, Rejection, Splice, image_jumps, validate_image_jump};
 
 /// Multi-chain perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -34,7 +34,7 @@ impl Default for MultiChain {
 }
 
 impl MultiChain {
-    fn eye_side(&self, space: &PathSpace) -> EyeSide {
+    fn eye_side<R: Repertoire>(&self, space: &PathSpace<R>) -> EyeSide {
         EyeSide {
             image: image_jumps(space, self.min_pixels, self.image_share),
             turn: Some(JumpRange::new(self.min_angle, self.max_angle)),
@@ -42,7 +42,7 @@ impl MultiChain {
     }
 
     /// Where the traced part ends: the first rough vertex with a connectable neighbour beyond it, or 0.
-    fn start(x: &Path) -> Option<usize> {
+    fn start<R: Repertoire>(x: &Path<R>) -> Option<usize> {
         let k = x.length();
         let is_dirac = |i: usize| i > 0 && i < k && x.vertices[i].component != Component::Rough;
         if k < 2 || !is_dirac(k - 1) {
@@ -62,7 +62,7 @@ impl MultiChain {
     }
 }
 
-impl PathMutation for MultiChain {
+impl Registered for MultiChain {
     fn never_applies(effects: Effects) -> Option<&'static str> {
         (!effects.has_specular()).then_some("no path has a specular vertex")
     }
@@ -79,32 +79,23 @@ impl PathMutation for MultiChain {
     }
 }
 
-impl Mutation for MultiChain {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, _space: &PathSpace, x: &Path) -> f64 {
+impl PathMutation for MultiChain {
+    fn suitability<R: Repertoire>(&self, _space: &PathSpace<R>, x: &Path<R>) -> f64 {
         if Self::start(x).is_some() { 1.0 } else { 0.0 }
     }
 
-    fn propose(
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
         let start = Self::start(x).ok_or(Rejection::WrongComponent)?;
         self.eye_side(space).propose(space, x, start, y, rng)
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
         if Self::start(from) == Some(plan.prefix) {
             self.eye_side(space).density(space, from, to, plan.prefix)
         } else {

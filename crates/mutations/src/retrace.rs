@@ -6,6 +6,7 @@
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{End, Path, Scene, Vertex};
+use ergodic_scattering::Repertoire;
 
 use crate::Rejection;
 
@@ -28,7 +29,7 @@ pub(crate) fn pdf_length(from: f64, to: f64) -> f64 {
 
 /// The length of edge `i` of a path through the medium: from infinitely far away, from where it begins.
 #[inline]
-pub(crate) fn length(scene: &Scene, path: &Path, i: usize) -> f64 {
+pub(crate) fn length<R: Repertoire>(scene: &Scene<R>, path: &Path<R>, i: usize) -> f64 {
     let edge = &path.edges[i];
     if path.vertices[i].is_distant() {
         scene.depth_from_afar(path.vertices[i + 1].position, edge.direction)
@@ -42,12 +43,12 @@ pub(crate) fn length(scene: &Scene, path: &Path, i: usize) -> f64 {
 ///
 /// The ray leaves from `start` in place of the neighbour, if that is given: an orthographic camera has no position.
 #[inline]
-pub(crate) fn retrace(
-    scene: &Scene,
-    x: &Path,
-    y: &mut Path,
+pub(crate) fn retrace<R: Repertoire>(
+    scene: &Scene<R>,
+    x: &Path<R>,
+    y: &mut Path<R>,
     (from, to): (usize, usize),
-    start: Option<&Vertex>,
+    start: Option<&Vertex<R>>,
     w: glam::DVec3,
     rng: &mut impl RandomSource,
 ) -> Result<(), Rejection> {
@@ -81,7 +82,7 @@ pub(crate) fn retrace(
 /// density of its vertex on the side that is not `end`, given the path that it was made from. 0 if that has another kind of vertex
 /// there.
 #[inline]
-pub(crate) fn conversion(scene: &Scene, from: &Path, to: &Path, i: usize, end: End) -> f64 {
+pub(crate) fn conversion<R: Repertoire>(scene: &Scene<R>, from: &Path<R>, to: &Path<R>, i: usize, end: End) -> f64 {
     let edge = &to.edges[i];
     let (found, by_walk) = match end {
         End::Light => (i + 1, edge.to_eye_side),

@@ -3,15 +3,16 @@
 //! of its own and needs no other mutation to leave a line.
 
 use ergodic_geometry::sin_cos_turns;
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, RandomSource};
 use ergodic_pathspace::{Effect, Effects, Path, PathSpace};
+use ergodic_scattering::Repertoire;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 use crate::chains::connect;
 use crate::jump::JumpRange;
-use crate::{PathMutation, Rejection, Splice};
+use crate::{PathMutation, Registered, Rejection, Splice};
 
 /// Scattering-point perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -31,20 +32,20 @@ impl Default for Volume {
 
 impl Volume {
     /// Indices of the points that can be moved: in a medium, between neighbours that can be connected.
-    fn places(x: &Path) -> impl Iterator<Item = usize> {
+    fn places<R: Repertoire>(x: &Path<R>) -> impl Iterator<Item = usize> {
         let k = x.length();
         let connectable = move |i: usize| i == 0 || i == k || x.vertices[i].is_connectable();
         (1..k).filter(move |&i| x.vertices[i].is_in_medium() && connectable(i - 1) && connectable(i + 1))
     }
 
     /// How far a point moves. It depends on its medium alone, which a move does not change.
-    fn range(&self, space: &PathSpace, x: &Path, i: usize) -> JumpRange {
+    fn range<R: Repertoire>(&self, space: &PathSpace<R>, x: &Path<R>, i: usize) -> JumpRange {
         let free_path = space.scene.mean_free_path(&x.vertices[i]);
         JumpRange::new(self.min_free_paths * free_path, self.max_free_paths * free_path)
     }
 }
 
-impl PathMutation for Volume {
+impl Registered for Volume {
     fn never_applies(effects: Effects) -> Option<&'static str> {
         (!effects.has(Effect::Scattering)).then_some("no medium scatters")
     }
@@ -60,24 +61,19 @@ impl PathMutation for Volume {
     }
 }
 
-impl Mutation for Volume {
-    type Space = PathSpace;
-    type State = Path;
-    type Plan = Splice;
-    type Failure = Rejection;
-
-    fn suitability(&self, space: &PathSpace, x: &Path) -> f64 {
+impl PathMutation for Volume {
+    fn suitability<R: Repertoire>(&self, space: &PathSpace<R>, x: &Path<R>) -> f64 {
         if space.scene.scatters() && Self::places(x).next().is_some() { 1.0 } else { 0.0 }
     }
 
-    fn propose(
+    fn propose<R: Repertoire>(
         &self,
-        space: &PathSpace,
-        x: &Path,
-        y: &mut Path,
+        space: &PathSpace<R>,
+        x: &Path<R>,
+        y: &mut Path<R>,
         rng: &mut impl RandomSource,
     ) -> Result<Splice, Rejection> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         let k = x.length();
         let chosen = rng.below(Self::places(x).count().max(1));
         let i = Self::places(x).nth(chosen).ok_or(Rejection::WrongComponent)?;
@@ -101,12 +97,8 @@ impl Mutation for Volume {
         Ok(Splice { prefix: i, suffix: k - i })
     }
 
-    fn ln_density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> f64 {
-        self.density(space, from, to, plan).ln()
-    }
-
     /// 1 / (n 4π r³ ln(r₂/r₁)) per volume, with n the number of points that could have been chosen.
-    fn density(&self, space: &PathSpace, from: &Path, to: &Path, plan: Splice) -> Density {
+    fn density<R: Repertoire>(&self, space: &PathSpace<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> Density {
         let i = plan.prefix;
         if to.length() != from.length()
             || to.wavelength != from.wavelength

@@ -10,7 +10,7 @@
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{Path, Scene};
-use ergodic_scattering::Wavelength;
+use ergodic_scattering::{Repertoire, Wavelength};
 
 use crate::Splice;
 
@@ -28,7 +28,7 @@ const SLACK: f64 = 1e-6;
 
 /// Whether a path that keeps these ends of `x` may have another wavelength.
 #[inline]
-fn is_free(scene: &Scene, x: &Path, plan: Splice) -> bool {
+fn is_free<R: Repertoire>(scene: &Scene<R>, x: &Path<R>, plan: Splice) -> bool {
     let suffix = x.vertices.len() - plan.suffix;
     let mut kept = x.vertices[..plan.prefix].iter().chain(&x.vertices[suffix..]);
     scene.disperses() && !kept.any(|vertex| vertex.interaction.is_dispersive())
@@ -36,25 +36,35 @@ fn is_free(scene: &Scene, x: &Path, plan: Splice) -> bool {
 
 /// The wavelength of a path that keeps these ends of `x` and is sampled anew between them.
 #[inline]
-pub(crate) fn draw(scene: &Scene, x: &Path, plan: Splice, rng: &mut impl RandomSource) -> Wavelength {
+pub(crate) fn draw<R: Repertoire>(
+    scene: &Scene<R>,
+    x: &Path<R>,
+    plan: Splice,
+    rng: &mut impl RandomSource,
+) -> Wavelength {
     if is_free(scene, x, plan) { scene.sample_wavelength(rng) } else { x.wavelength }
 }
 
 /// The density of [`draw`].
 #[inline]
-pub(crate) fn pdf_of_draw(scene: &Scene, from: &Path, to: &Path, plan: Splice) -> f64 {
+pub(crate) fn pdf_of_draw<R: Repertoire>(scene: &Scene<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> f64 {
     if from.wavelength == to.wavelength || is_free(scene, from, plan) { 1.0 } else { 0.0 }
 }
 
 /// The wavelength of a path that keeps these ends of `x` and is a perturbation between them.
 #[inline]
-pub(crate) fn perturb(scene: &Scene, x: &Path, plan: Splice, rng: &mut impl RandomSource) -> Wavelength {
+pub(crate) fn perturb<R: Repertoire>(
+    scene: &Scene<R>,
+    x: &Path<R>,
+    plan: Splice,
+    rng: &mut impl RandomSource,
+) -> Wavelength {
     if is_free(scene, x, plan) { stepped(x.wavelength, rng) } else { x.wavelength }
 }
 
 /// The density of [`perturb`]: of keeping the wavelength, the probability.
 #[inline]
-pub(crate) fn pdf_of_perturbation(scene: &Scene, from: &Path, to: &Path, plan: Splice) -> f64 {
+pub(crate) fn pdf_of_perturbation<R: Repertoire>(scene: &Scene<R>, from: &Path<R>, to: &Path<R>, plan: Splice) -> f64 {
     if is_free(scene, from, plan) {
         pdf_of_step(from.wavelength, to.wavelength)
     } else if from.wavelength == to.wavelength {

@@ -1,7 +1,7 @@
 //! Bidirectional sampling (Veach 10): two walks, every connection between them, each weighted by the power heuristic.
 
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Rgb};
+use ergodic_scattering::{Component, Everything, Repertoire, Rgb};
 use glam::DVec2;
 
 use crate::stability::{Place, is_usable, is_usable_number};
@@ -41,19 +41,19 @@ impl Connection {
 
 /// A pair of walks and the connections between them.
 #[derive(Clone, Debug)]
-pub struct BidirectionalSampler {
+pub struct BidirectionalSampler<R: Repertoire = Everything> {
     /// The walk from the light.
-    pub light: Subpath,
+    pub light: Subpath<R>,
     /// The walk from the eye.
-    pub eye: Subpath,
+    pub eye: Subpath<R>,
     lengths: Lengths,
     roulette: Roulette,
 }
 
 /// What a connection changes in the densities of the joint path: those of the two vertices at each of its ends.
-struct Joint<'a> {
-    light: &'a Subpath,
-    eye: &'a Subpath,
+struct Joint<'a, R: Repertoire> {
+    light: &'a Subpath<R>,
+    eye: &'a Subpath<R>,
     s: usize,
     t: usize,
     /// Area density, from the light, of the eye walk's last vertex and of the one before it.
@@ -62,7 +62,7 @@ struct Joint<'a> {
     from_eye: [f64; 2],
 }
 
-impl BidirectionalSampler {
+impl<R: Repertoire> BidirectionalSampler<R> {
     /// A sampler of paths of the given lengths.
     pub fn new(lengths: Lengths, roulette: Roulette) -> Self {
         let most = lengths.max_edges + 1;
@@ -70,13 +70,13 @@ impl BidirectionalSampler {
     }
 
     /// Draws the wavelength that both walks of a sample are for.
-    pub fn draw_wavelength(&mut self, scene: &Scene, rng: &mut impl RandomSource) {
+    pub fn draw_wavelength(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource) {
         let wavelength = scene.sample_wavelength(rng);
         (self.light.wavelength, self.eye.wavelength) = (wavelength, wavelength);
     }
 
     /// Walks from both ends, then calls `sink` for every connection that carries light.
-    pub fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut sink: impl FnMut(&Self, Connection)) {
+    pub fn sample(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource, mut sink: impl FnMut(&Self, Connection)) {
         self.draw_wavelength(scene, rng);
         self.eye.walk(scene, self.lengths.max_edges + 1, &self.roulette, rng);
         self.light.walk(scene, self.lengths.max_edges, &self.roulette, rng);
@@ -94,7 +94,7 @@ impl BidirectionalSampler {
     }
 
     /// Connects the first `s` vertices of the light walk with the first `t` of the eye walk.
-    pub fn connect(&self, scene: &Scene, s: usize, t: usize) -> Option<Connection> {
+    pub fn connect(&self, scene: &Scene<R>, s: usize, t: usize) -> Option<Connection> {
         let (mut estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };
         let eye = &self.eye.vertices[0];
         let seen = if t == 1 {
@@ -108,7 +108,7 @@ impl BidirectionalSampler {
         if !is_usable_number(Place::Weight, weight) {
             return None;
         }
-        if !self.eye.wavelength.is_none() && self.is_dispersive(s, t) {
+        if R::DISPERSION && !self.eye.wavelength.is_none() && self.is_dispersive(s, t) {
             estimate *= self.eye.wavelength.response();
         }
         Some(Connection { s, t, estimate, weight, raster })
@@ -123,7 +123,7 @@ impl BidirectionalSampler {
     }
 
     /// s = 0: the eye walk's last vertex lies on a light.
-    fn hit_light(&self, scene: &Scene, t: usize) -> Option<(Rgb, Joint<'_>)> {
+    fn hit_light(&self, scene: &Scene<R>, t: usize) -> Option<(Rgb, Joint<'_, R>)> {
         if t < 2 {
             return None;
         }
@@ -144,7 +144,7 @@ impl BidirectionalSampler {
     }
 
     /// s > 0: a connecting edge between the two walks.
-    fn join(&self, scene: &Scene, s: usize, t: usize) -> Option<(Rgb, Joint<'_>)> {
+    fn join(&self, scene: &Scene<R>, s: usize, t: usize) -> Option<(Rgb, Joint<'_, R>)> {
         let (light, eye) = (&self.light, &self.eye);
         let y = &light.vertices[s - 1];
         let z = &eye.vertices[t - 1];
@@ -192,7 +192,7 @@ impl BidirectionalSampler {
     }
 
     /// The complete path of a connection, as points.
-    pub fn assemble(&self, scene: &Scene, s: usize, t: usize, path: &mut Path) {
+    pub fn assemble(&self, scene: &Scene<R>, s: usize, t: usize, path: &mut Path<R>) {
         path.clear();
         path.wavelength = self.eye.wavelength;
         path.vertices.extend_from_slice(&self.light.vertices[..s]);
@@ -208,11 +208,11 @@ impl BidirectionalSampler {
     }
 }
 
-fn rough_pdf(vertex: &Vertex, w_from: glam::DVec3, w_to: glam::DVec3) -> f64 {
+fn rough_pdf<R: Repertoire>(vertex: &Vertex<R>, w_from: glam::DVec3, w_to: glam::DVec3) -> f64 {
     vertex.interaction.pdf(w_from, w_to, Component::Rough)
 }
 
-impl Joint<'_> {
+impl<R: Repertoire> Joint<'_, R> {
     /// Area density of path vertex `i` from the light.
     fn pdf_from_light(&self, i: usize) -> f64 {
         if i < self.s {

@@ -2,7 +2,7 @@
 
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Density, renormalisation};
-use ergodic_scattering::{Rgb, luminance};
+use ergodic_scattering::{Repertoire, Rgb, luminance};
 
 use crate::Path;
 
@@ -37,7 +37,7 @@ impl Contribution {
 /// f(x) = R(λ) Le(x₀→x₁) G(x₀,x₁) Π fs(x_{i-1}→x_i→x_{i+1}) G(x_i,x_{i+1}) · We(x_{k-1}→x_k), visibility taken as given: the product of
 /// what the path has in [`Path::scattering`] and [`Path::edges`]. R is [`Path::response`], 1 for paths without dispersive interfaces.
 #[inline]
-pub fn contribution(path: &Path) -> Contribution {
+pub fn contribution<R: Repertoire>(path: &Path<R>) -> Contribution {
     let _phase = phase::enter(Phase::Shading);
     let k = path.length();
     let mut rgb = path.scattering[k];

@@ -5,6 +5,8 @@
 //!
 //! What is called area density here is one per volume for points of media.
 
+use ergodic_scattering::Repertoire;
+
 use crate::{Path, Scene, Vertex};
 
 /// Area density of vertex `i` sampled from the light side, given vertices i-1 and i-2. The emitter density for i = 0, which for
@@ -12,7 +14,7 @@ use crate::{Path, Scene, Vertex};
 ///
 /// 0 for the camera, which nothing can hit.
 #[inline]
-pub fn pdf_area_from_light(scene: &Scene, path: &Path, i: usize) -> f64 {
+pub fn pdf_area_from_light<R: Repertoire>(scene: &Scene<R>, path: &Path<R>, i: usize) -> f64 {
     let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
     let vertex = &vertices[i];
     if i == 0 {
@@ -34,7 +36,7 @@ pub fn pdf_area_from_light(scene: &Scene, path: &Path, i: usize) -> f64 {
 /// Area density of vertex `i` sampled from the eye side, given vertices i+1 and i+2; per solid angle for the environment. For the
 /// camera's own vertex that on its lens, or 1 (a Dirac) without one; 0 for lights that cannot be hit.
 #[inline]
-pub fn pdf_area_from_eye(scene: &Scene, path: &Path, i: usize) -> f64 {
+pub fn pdf_area_from_eye<R: Repertoire>(scene: &Scene<R>, path: &Path<R>, i: usize) -> f64 {
     let (vertices, edges) = (&path.vertices[..], &path.edges[..]);
     let k = path.length();
     if i == k {
@@ -54,7 +56,7 @@ pub fn pdf_area_from_eye(scene: &Scene, path: &Path, i: usize) -> f64 {
 /// Whether strategy s (s vertices from the light, the rest from the eye) can make the path at all: its connection edge
 /// touches no Dirac vertex, and with s = 0 the light is one that can be hit.
 #[inline]
-pub fn strategy_exists(vertices: &[Vertex], s: usize) -> bool {
+pub fn strategy_exists<R: Repertoire>(vertices: &[Vertex<R>], s: usize) -> bool {
     let k = vertices.len() - 1;
     if s > k {
         return false;
@@ -67,7 +69,7 @@ pub fn strategy_exists(vertices: &[Vertex], s: usize) -> bool {
 }
 
 /// ln p_{s,t} of the path, for each s = 0 ..= k: the density with which each strategy makes it; -inf where it cannot.
-pub fn ln_strategy_densities(scene: &Scene, path: &Path) -> Vec<f64> {
+pub fn ln_strategy_densities<R: Repertoire>(scene: &Scene<R>, path: &Path<R>) -> Vec<f64> {
     let k = path.length();
     (0..=k)
         .map(|s| {

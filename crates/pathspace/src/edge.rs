@@ -1,10 +1,10 @@
 //! Two neighbouring vertices: direction, geometry term, transmittance, and the only conversion between solid angle and the measure
 //! of vertices, area or volume.
 
-use ergodic_scattering::{Rgb, Sight};
+use ergodic_scattering::{Repertoire, Rgb, Sight};
 use glam::DVec3;
 
-use crate::{Kind, Scene, Vertex};
+use crate::{Scene, Vertex};
 
 /// The segment between two neighbouring vertices, without visibility. A pure function of its two ends.
 ///
@@ -35,14 +35,14 @@ pub struct Edge {
     pub transmittance: Rgb,
 }
 
-fn cosine(vertex: &Vertex, w: DVec3) -> f64 {
+fn cosine<R: Repertoire>(vertex: &Vertex<R>, w: DVec3) -> f64 {
     if vertex.has_area() { vertex.interaction.ng.dot(w).abs() } else { 1.0 }
 }
 
 impl Edge {
     /// The edge from `light_side` to `eye_side`.
     #[inline]
-    pub fn new(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+    pub fn new<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let mut edge = Self::between(scene, light_side, eye_side);
         if scene.scatters() {
             edge = edge.flown(scene, light_side, eye_side);
@@ -51,7 +51,7 @@ impl Edge {
     }
 
     /// This edge with the shares that surfaces cover.
-    fn covered(self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+    fn covered<R: Repertoire>(self, scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let passes = scene.visibility(light_side, eye_side);
         let (light, eye) = (passes * light_side.coverage.share(), passes * eye_side.coverage.share());
         Self {
@@ -63,8 +63,8 @@ impl Edge {
     }
 
     /// This edge with free flight in both conversions.
-    fn flown(self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
-        let flight = |to: &Vertex| self.flight(scene, light_side, eye_side, to);
+    fn flown<R: Repertoire>(self, scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
+        let flight = |to: &Vertex<R>| self.flight(scene, light_side, eye_side, to);
         Self {
             to_eye_side: self.to_eye_side * flight(eye_side),
             to_light_side: self.to_light_side * flight(light_side),
@@ -75,7 +75,13 @@ impl Edge {
     /// What free flight adds to the conversion to `to`, one of the two ends: the density per length of a flight that ends there if
     /// it is a point of a medium, else the probability of getting there. 1 where nothing scatters.
     #[inline]
-    pub fn flight(&self, scene: &Scene, light_side: &Vertex, eye_side: &Vertex, to: &Vertex) -> f64 {
+    pub fn flight<R: Repertoire>(
+        &self,
+        scene: &Scene<R>,
+        light_side: &Vertex<R>,
+        eye_side: &Vertex<R>,
+        to: &Vertex<R>,
+    ) -> f64 {
         if !scene.scatters() {
             return 1.0;
         }
@@ -90,7 +96,7 @@ impl Edge {
     /// The segment as if nothing covered or scattered. A light without extent is not seen itself: on the image it would be a Dirac,
     /// which only strategies that connect it with the eye could make, and no pixel could show. So G = 0 between the two.
     #[inline]
-    fn between(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+    fn between<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let mut edge = Self::straight(scene, light_side, eye_side);
         if light_side.is_without_extent() && eye_side.is_eye() {
             edge.geometry = 0.0;
@@ -99,7 +105,7 @@ impl Edge {
     }
 
     #[inline]
-    fn straight(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+    fn straight<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         if light_side.is_distant() {
             let direction = light_side.interaction.ng;
             let cos_eye = cosine(eye_side, direction);
@@ -108,11 +114,11 @@ impl Edge {
                 length: f64::INFINITY,
                 geometry: cos_eye,
                 to_eye_side: cos_eye,
-                to_light_side: if light_side.kind == Kind::Environment { 1.0 } else { 0.0 },
+                to_light_side: if light_side.is_environment() { 1.0 } else { 0.0 },
                 transmittance: scene.transmittance_from_afar(eye_side, direction),
             };
         }
-        if eye_side.kind == Kind::DistantCamera {
+        if eye_side.is_on_film() {
             return Self::to_distant_camera(scene, light_side, eye_side);
         }
         let offset = eye_side.position - light_side.position;
@@ -134,13 +140,13 @@ impl Edge {
 
     /// The camera's line of sight along this edge, from its vertex `eye` to the vertex `seen`.
     #[inline]
-    pub fn sight(&self, seen: &Vertex, eye: &Vertex) -> Sight {
+    pub fn sight<R: Repertoire>(&self, seen: &Vertex<R>, eye: &Vertex<R>) -> Sight {
         let point = if seen.is_distant() { DVec3::NAN } else { seen.position };
         Sight { eye: eye.position, point, direction: -self.direction }
     }
 
     /// The edge from a point to an orthographic camera, the mirror image of one from a distant light.
-    fn to_distant_camera(scene: &Scene, light_side: &Vertex, eye_side: &Vertex) -> Self {
+    fn to_distant_camera<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let direction = -eye_side.interaction.ng;
         let length = scene.camera().depth(light_side.position);
         let cos_light = cosine(light_side, direction);

@@ -11,7 +11,7 @@
 
 use ergodic_geometry::{Hit, Ray};
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Interaction, Medium, Rgb, Wavelength};
+use ergodic_scattering::{Component, Interaction, Medium, Repertoire, Rgb, Wavelength};
 use glam::DVec3;
 
 use crate::media::AIR;
@@ -27,17 +27,17 @@ struct Way {
     medium: (f64, f64),
 }
 
-impl Scene {
+impl<R: Repertoire> Scene<R> {
     /// Whether any medium scatters, so that walks may end in one.
     #[inline]
     pub fn scatters(&self) -> bool {
-        self.media.scatter()
+        R::SCATTERING && self.parts.media.scatter()
     }
 
     /// The medium of the segment between two neighbouring vertices: of the solid whose inner side it leaves at its light side, else
     /// at its eye side, else that which its ends are met in.
     #[inline]
-    pub(crate) fn medium_between(&self, light_side: &Vertex, eye_side: &Vertex, direction: DVec3) -> &Medium {
+    pub(crate) fn medium_between(&self, light_side: &Vertex<R>, eye_side: &Vertex<R>, direction: DVec3) -> &Medium {
         let index = if bounds_towards(light_side, direction) {
             light_side.material
         } else if bounds_towards(eye_side, -direction) {
@@ -47,35 +47,35 @@ impl Scene {
         } else {
             eye_side.medium
         };
-        self.media.medium(index)
+        self.parts.media.medium(index)
     }
 
     /// What names the medium that a ray from `from` in direction `w` starts in.
     #[inline]
-    fn medium_towards(&self, from: &Vertex, w: DVec3) -> u32 {
+    fn medium_towards(&self, from: &Vertex<R>, w: DVec3) -> u32 {
         if bounds_towards(from, w) { from.material } else { from.medium }
     }
 
     /// Whether the medium of a vertex in one reaches its neighbour `other` along `w`, the direction to it.
     #[inline]
-    pub fn shares_medium(&self, vertex: &Vertex, other: &Vertex, w: DVec3) -> bool {
+    pub fn shares_medium(&self, vertex: &Vertex<R>, other: &Vertex<R>, w: DVec3) -> bool {
         vertex.medium == self.medium_towards(other, -w)
     }
 
     /// Mean length of free flight in the medium of a vertex in one, over the channels' mean extinction; at most the scene's radius.
-    pub fn mean_free_path(&self, vertex: &Vertex) -> f64 {
-        let extinction = self.media.medium(vertex.medium).extinction().element_sum() / 3.0;
-        (1.0 / extinction).min(self.radius)
+    pub fn mean_free_path(&self, vertex: &Vertex<R>) -> f64 {
+        let extinction = self.parts.media.medium(vertex.medium).extinction().element_sum() / 3.0;
+        (1.0 / extinction).min(self.parts.radius)
     }
 
     /// Transmittance of light from infinitely far away to `eye_side`.
     #[inline]
-    pub(crate) fn transmittance_from_afar(&self, eye_side: &Vertex, direction: DVec3) -> Rgb {
-        if self.media.air().is_vacuum() && !self.scatters() {
+    pub(crate) fn transmittance_from_afar(&self, eye_side: &Vertex<R>, direction: DVec3) -> Rgb {
+        if self.parts.media.air().is_vacuum() && !self.scatters() {
             // It comes from outside all solids.
             return Rgb::ONE;
         }
-        let medium = self.media.medium(self.medium_towards(eye_side, -direction));
+        let medium = self.parts.media.medium(self.medium_towards(eye_side, -direction));
         if medium.is_vacuum() {
             return Rgb::ONE;
         }
@@ -94,13 +94,13 @@ impl Scene {
         let from_centre = origin - self.centre();
         let middle = -from_centre.dot(direction);
         let off_axis = from_centre + direction * middle;
-        let half = (self.radius * self.radius - off_axis.length_squared()).max(0.0).sqrt();
+        let half = (self.parts.radius * self.parts.radius - off_axis.length_squared()).max(0.0).sqrt();
         (middle - half, middle + half)
     }
 
     /// A point of the medium that `index` names.
     #[inline]
-    fn point_of_medium(&self, position: DVec3, index: u32) -> Vertex {
+    fn point_of_medium(&self, position: DVec3, index: u32) -> Vertex<R> {
         Vertex {
             kind: Kind::Volume,
             component: Component::Rough,
@@ -109,7 +109,7 @@ impl Scene {
             material: 0,
             medium: index,
             position,
-            interaction: Interaction::in_medium(self.media.medium(index).phase()),
+            interaction: Interaction::in_medium(self.parts.media.medium(index).phase()),
             emission: Rgb::ZERO,
         }
     }
@@ -117,14 +117,14 @@ impl Scene {
     /// A vertex in a medium, moved to another point of it.
     #[inline]
     #[must_use]
-    pub fn moved_in_medium(&self, vertex: &Vertex, position: DVec3) -> Vertex {
+    pub fn moved_in_medium(&self, vertex: &Vertex<R>, position: DVec3) -> Vertex<R> {
         self.point_of_medium(position, vertex.medium)
     }
 
     /// The way of a ray from `from` in direction `w`.
-    fn way(&self, from: &Vertex, w: DVec3, rng: &mut impl RandomSource) -> Way {
+    fn way(&self, from: &Vertex<R>, w: DVec3, rng: &mut impl RandomSource) -> Way {
         count_ray();
-        let ray = self.world.spawn(&from.anchor(), w);
+        let ray = self.parts.world.spawn(&from.anchor(), w);
         let hit = self.meet(&ray, rng);
         let end = hit.as_ref().map_or_else(|| self.crossing(ray.origin, w).1, |hit| hit.t);
         Way { ray, hit, medium: (0.0, end) }
@@ -141,16 +141,16 @@ impl Scene {
     }
 
     /// The point of a medium after a flight of `length` into it, if the medium reaches so far.
-    fn point_on_way(&self, way: &Way, length: f64, index: u32) -> Option<Vertex> {
+    fn point_on_way(&self, way: &Way, length: f64, index: u32) -> Option<Vertex<R>> {
         let (start, end) = way.medium;
         let t = start + length;
-        let ends_here = length > 0.0 && t < end && self.media.medium(index).scatters();
+        let ends_here = length > 0.0 && t < end && self.parts.media.medium(index).scatters();
         ends_here.then(|| self.point_of_medium(way.ray.origin + way.ray.direction * t, index))
     }
 
     /// A free flight in the medium that `index` names. Draws a number if that medium scatters.
     fn flight(&self, index: u32, rng: &mut impl RandomSource) -> f64 {
-        let medium = self.media.medium(index);
+        let medium = self.parts.media.medium(index);
         if medium.scatters() { medium.sample_flight(rng.uniform()) } else { f64::INFINITY }
     }
 
@@ -159,10 +159,10 @@ impl Scene {
     #[inline]
     pub fn fly_to(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         if self.scatters() {
@@ -176,10 +176,10 @@ impl Scene {
     #[inline]
     pub fn fly_or_escape(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         self.fly_to(from, w, wavelength, to, rng) || self.escape_to(w, to)
@@ -187,10 +187,10 @@ impl Scene {
 
     fn fly_in_media(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         let index = self.medium_towards(from, w);
@@ -213,7 +213,7 @@ impl Scene {
         direction: DVec3,
         point: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         if !self.scatters() {
@@ -234,10 +234,10 @@ impl Scene {
     /// scatters reaches so far.
     pub fn place_in_medium(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         length: f64,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         let index = self.medium_towards(from, w);
@@ -252,7 +252,7 @@ impl Scene {
         direction: DVec3,
         point: DVec3,
         length: f64,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         let way = self.way_from_afar(direction, point, rng);

@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use ergodic_scattering::{Component, Rgb, Wavelength};
+use ergodic_scattering::{Component, Everything, Repertoire, Rgb, Wavelength};
 use glam::DVec2;
 
 use crate::{Edge, Scene, Vertex};
@@ -21,9 +21,9 @@ use crate::{Edge, Scene, Vertex};
 /// two buffers of a chain have in common is not copied from one to the other again and again ([`Path::begin`]). Whoever changes
 /// vertices other than those that `begin` leaves open calls [`Path::derive`] afterwards.
 #[derive(Clone, Debug, Default)]
-pub struct Path {
+pub struct Path<R: Repertoire = Everything> {
     /// Vertices from the light to the eye.
-    pub vertices: Vec<Vertex>,
+    pub vertices: Vec<Vertex<R>>,
     /// The k edges between them.
     pub edges: Vec<Edge>,
     /// What each vertex turns the light from its light side into towards its eye side, the factors of f beside those of the edges: L_e
@@ -70,7 +70,7 @@ fn version_block() -> u64 {
     BLOCKS.fetch_add(1, Ordering::Relaxed) << 32 | 1
 }
 
-impl Path {
+impl<R: Repertoire> Path<R> {
     /// A path with room for `edges` edges, so that it need not grow.
     pub fn with_capacity(edges: usize) -> Self {
         Self {
@@ -88,7 +88,7 @@ impl Path {
     }
 
     /// The path of these vertices, from the light to the eye, without a wavelength.
-    pub fn of(scene: &Scene, vertices: Vec<Vertex>) -> Self {
+    pub fn of(scene: &Scene<R>, vertices: Vec<Vertex<R>>) -> Self {
         let mut path = Self { vertices, ..Self::default() };
         path.derive(scene);
         path
@@ -158,7 +158,7 @@ impl Path {
     }
 
     /// Derives everything from the vertices.
-    pub fn derive(&mut self, scene: &Scene) {
+    pub fn derive(&mut self, scene: &Scene<R>) {
         self.edges.clear();
         self.edges.extend(self.vertices.windows(2).map(|pair| Edge::new(scene, &pair[0], &pair[1])));
         self.scattering.clear();
@@ -170,7 +170,7 @@ impl Path {
 
     /// Derives the edges `from..to` from the vertices.
     #[inline]
-    pub fn derive_edges(&mut self, scene: &Scene, from: usize, to: usize) {
+    pub fn derive_edges(&mut self, scene: &Scene<R>, from: usize, to: usize) {
         for i in from..to {
             self.edges[i] = Edge::new(scene, &self.vertices[i], &self.vertices[i + 1]);
         }
@@ -179,7 +179,7 @@ impl Path {
     /// Derives the scattering of the vertices `first ..= last`, and the raster point if the camera is among them. The edges at both
     /// sides of each must be there.
     #[inline]
-    pub fn derive_scattering(&mut self, scene: &Scene, first: usize, last: usize) {
+    pub fn derive_scattering(&mut self, scene: &Scene<R>, first: usize, last: usize) {
         let k = self.length();
         for i in first..=last {
             self.scattering[i] = if i == 0 {
@@ -199,7 +199,7 @@ impl Path {
     /// What f is multiplied by for its wavelength, if the path meets a dispersive interface on its way.
     #[inline]
     pub fn response(&self) -> Option<Rgb> {
-        if self.wavelength.is_none() {
+        if !R::DISPERSION || self.wavelength.is_none() {
             return None;
         }
         let inner = &self.vertices[1..self.length()];
@@ -207,7 +207,7 @@ impl Path {
     }
 
     /// Whether neighbours see each other, by tracing every edge again.
-    pub fn is_unoccluded(&self, scene: &Scene) -> bool {
+    pub fn is_unoccluded(&self, scene: &Scene<R>) -> bool {
         self.vertices.windows(2).all(|pair| scene.mutually_visible(&pair[0], &pair[1]))
     }
 

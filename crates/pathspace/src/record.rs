@@ -3,6 +3,7 @@
 //! Without the feature `record`, which only the profile program switches on, all this is empty and costs nothing.
 
 use ergodic_geometry::Ray;
+use ergodic_scattering::Repertoire;
 
 use crate::Vertex;
 
@@ -18,7 +19,7 @@ pub(crate) fn closest(_ray: &Ray) {
 
 /// Notes that the visibility between two vertices is asked for.
 #[inline(always)]
-pub(crate) fn visibility(_a: &Vertex, _b: &Vertex) {
+pub(crate) fn visibility<R: Repertoire>(_a: &Vertex<R>, _b: &Vertex<R>) {
     #[cfg(feature = "record")]
     recorder::note(|| recorder::between(_a, _b));
 }
@@ -28,6 +29,7 @@ mod recorder {
     use std::cell::RefCell;
 
     use ergodic_geometry::{Anchor, Ray, World};
+    use ergodic_scattering::Repertoire;
     use glam::DVec3;
 
     use crate::{Kind, Vertex};
@@ -60,7 +62,7 @@ mod recorder {
     }
 
     /// What [`crate::Scene::mutually_visible`] asks.
-    pub(super) fn between(a: &Vertex, b: &Vertex) -> Question {
+    pub(super) fn between<R: Repertoire>(a: &Vertex<R>, b: &Vertex<R>) -> Question {
         match (a.kind, b.kind) {
             (Kind::DistantLight(_) | Kind::Environment, _) => Question::Escapes(b.anchor(), -a.interaction.ng),
             (_, Kind::DistantLight(_) | Kind::Environment) => Question::Escapes(a.anchor(), -b.interaction.ng),

@@ -7,16 +7,19 @@
 mod emitters;
 mod eye;
 mod making;
+mod within;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
+use std::marker::PhantomData;
+use std::sync::Arc;
 
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_geometry::{Anchor, Hit, Instance, Isa, Mesh, Ray, Surface, World, spawn_offset};
 use ergodic_metropolis::RandomSource;
 use ergodic_scattering::{
-    Bsdf, Camera, Component, Environment, Interaction, Lens, Material, Optics, PunctualLight, Rgb, Sight, Texture,
-    Wavelength, emission, luminance, warp,
+    Bsdf, Camera, Component, Core, Environment, Everything, Interaction, Lens, Material, Matte, Optics, PunctualLight,
+    Repertoire, Rgb, Sight, Texture, Wavelength, emission, luminance, warp,
 };
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4};
 
@@ -29,6 +32,8 @@ use crate::{
     CameraDescription, Census, Coverage, Edge, Effect, Effects, Kind, Placement, Projection, SceneDescription,
     SceneError, Vertex,
 };
+
+pub use within::Within;
 
 use making::{ball_around, camera, draw_solids_in, eye_vertex, position_of, scaled_light, triangle_power};
 
@@ -69,9 +74,25 @@ pub struct View {
     pub margin: f64,
 }
 
-/// A scene ready for light transport.
+/// A scene ready for light transport: a handle, cheap to clone, to what is built once.
+///
+/// Its type says what code that takes it is compiled for. A scene is made for [`Everything`]; [`Scene::within`] renders it by code
+/// that has what it needs and no more.
 #[derive(Debug)]
-pub struct Scene {
+pub struct Scene<R: Repertoire = Everything> {
+    pub(crate) parts: Arc<Parts>,
+    repertoire: PhantomData<R>,
+}
+
+impl<R: Repertoire> Clone for Scene<R> {
+    fn clone(&self) -> Self {
+        Self { parts: Arc::clone(&self.parts), repertoire: PhantomData }
+    }
+}
+
+/// What a scene consists of.
+#[derive(Debug)]
+pub(crate) struct Parts {
     pub(crate) world: World,
     effects: Effects,
     materials: Vec<Material>,
@@ -98,8 +119,6 @@ pub struct Scene {
     eye: Vertex,
     /// What each punctual light is in.
     light_media: Vec<u32>,
-    /// Stands in where a vertex has no surface.
-    free_space: Interaction,
 }
 
 impl Scene {
@@ -109,6 +128,15 @@ impl Scene {
     ///
     /// No triangle, no light that emits anything, or geometry that is not finite.
     pub fn new(description: SceneDescription, view: &View) -> Result<Self, SceneError> {
+        Self::searched_with(None, description, view)
+    }
+
+    /// The same, searched with other instructions than the best that there are; nothing else changes, to the bit.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::new`].
+    pub fn searched_with(isa: Option<Isa>, description: SceneDescription, view: &View) -> Result<Self, SceneError> {
         let (low, high) = description.bounds().ok_or(SceneError::NoTriangles)?;
         let half_extent = ((high - low) * 0.5).max_element();
         if !half_extent.is_finite() || half_extent <= 0.0 {
@@ -138,7 +166,10 @@ impl Scene {
         let offset = spawn_offset((low - centre) * scale, (high - centre) * scale);
         draw_solids_in(&mut meshes, &placements, &instances, &materials, offset);
         let material_of_instance: Vec<u32> = placements.iter().map(|p| p.material as u32).collect();
-        let world = World::build(meshes, instances)?;
+        let mut world = World::build(meshes, instances)?;
+        if let Some(isa) = isa {
+            world = world.with_isa(isa);
+        }
         for material in &mut materials {
             material.absorption /= scale;
             material.scattering /= scale;
@@ -201,11 +232,10 @@ impl Scene {
         let media = Media::new(&world, &materials, &material_of_instance, air, ready_for);
         let made_once = !(ready_for.has(Effect::Textures) || ready_for.has(Effect::VertexColors));
         let constant = materials.iter().map(|material| material.constant_bsdf().filter(|_| made_once)).collect();
-        let free_space = Interaction::none();
-        let eye = eye_vertex(&camera, free_space, media.around(&world, camera.position(), None));
+        let eye = eye_vertex(&camera, media.around(&world, camera.position(), None));
         let medium_at = |light| position_of(light).map_or(AIR, |position| media.around(&world, position, None));
         let light_media = lights.punctual.iter().map(medium_at).collect();
-        Ok(Self {
+        let parts = Parts {
             world,
             effects,
             constant,
@@ -223,53 +253,48 @@ impl Scene {
             media,
             eye,
             light_media,
-            free_space,
-        })
+        };
+        Ok(Self { parts: Arc::new(parts), repertoire: PhantomData })
     }
+}
 
-    /// The same scene, searched with other instructions; nothing else changes, to the bit.
-    #[must_use]
-    pub fn with_isa(mut self, isa: Isa) -> Self {
-        self.world = self.world.with_isa(isa);
-        self
-    }
-
+impl<R: Repertoire> Scene<R> {
     /// The effects that the scene has or is ready for.
     pub fn effects(&self) -> Effects {
-        self.effects
+        self.parts.effects
     }
 
     /// The geometry.
     pub fn world(&self) -> &World {
-        &self.world
+        &self.parts.world
     }
 
     /// The camera.
     #[inline]
     pub fn camera(&self) -> &Camera {
-        &self.camera
+        &self.parts.camera
     }
 
     /// Materials, by [`Vertex`]'s own index.
     pub fn materials(&self) -> &[Material] {
-        &self.materials
+        &self.parts.materials
     }
 
     /// The factor from the file's unit of length to the scene's own.
     pub fn scale(&self) -> f64 {
-        self.scale
+        self.parts.scale
     }
 
     /// Whether light of different wavelengths takes different paths. Without it paths have no wavelength.
     #[inline]
     pub fn disperses(&self) -> bool {
-        self.disperses
+        R::DISPERSION && self.parts.disperses
     }
 
     /// A wavelength with density 1; [`Wavelength::NONE`], from no number, where nothing depends on it.
     #[inline]
     pub fn sample_wavelength(&self, rng: &mut impl RandomSource) -> Wavelength {
-        if !self.disperses {
+        if !self.disperses() {
             return Wavelength::NONE;
         }
         rng.enter(CHOICES, WAVELENGTH);
@@ -278,7 +303,7 @@ impl Scene {
 
     /// The point of the surface that was hit, as if met in air.
     #[inline]
-    pub fn vertex(&self, hit: &Hit) -> Vertex {
+    pub fn vertex(&self, hit: &Hit) -> Vertex<R> {
         let mut vertex = self.camera_vertex();
         self.place(hit, Wavelength::NONE, &mut vertex);
         vertex
@@ -286,49 +311,57 @@ impl Scene {
 
     /// Makes `vertex` the point of the surface that was hit, as if met in air, for light of a wavelength.
     #[inline]
-    pub(crate) fn place(&self, hit: &Hit, wavelength: Wavelength, vertex: &mut Vertex) {
+    pub(crate) fn place(&self, hit: &Hit, wavelength: Wavelength, vertex: &mut Vertex<R>) {
         let _phase = phase::enter(Phase::Shading);
-        let surface = self.world.surface(hit);
-        let index = self.material_of_instance[hit.instance as usize];
-        let material = &self.materials[index as usize];
+        let surface = self.parts.world.surface(hit);
+        let index = self.parts.material_of_instance[hit.instance as usize];
+        let material = &self.parts.materials[index as usize];
         vertex.kind = Kind::Surface;
         vertex.component = Component::Rough;
         vertex.material = index;
         vertex.medium = AIR;
         vertex.coverage = if self.has_partial_coverage() { self.coverage_at(&surface) } else { Coverage::WHOLE };
         vertex.position = surface.position;
-        vertex.interaction = match &self.constant[index as usize] {
+        vertex.interaction = match &self.parts.constant[index as usize] {
             // Nothing of it depends on the point but the colour of the mesh.
-            Some(bsdf) if surface.color == DVec4::ONE => Material::interaction_of(*bsdf, &surface),
-            _ => material.interaction_at(&self.textures, &surface, wavelength),
+            Some(bsdf) if !R::TEXTURES || surface.color == DVec4::ONE => Material::interaction_of(*bsdf, &surface),
+            None if !R::TEXTURES => Material::interaction_of(Bsdf::BLACK, &surface),
+            _ => material.interaction_at(&self.parts.textures, &surface, wavelength),
         };
-        let first = self.first_emitter[hit.instance as usize];
+        let first = self.parts.first_emitter[hit.instance as usize];
         if first == NO_EMITTER {
             (vertex.emitter, vertex.emission) = (NO_EMITTER, Rgb::ZERO);
         } else {
             vertex.emitter = first + hit.triangle;
-            vertex.emission = material.emitted(&self.textures, &surface);
+            vertex.emission =
+                if R::TEXTURES { material.emitted(&self.parts.textures, &surface) } else { material.emission };
         }
+    }
+
+    /// Whether anything but vacuum fills a solid or what lies around, or somebody wants to know.
+    #[inline]
+    pub(crate) fn has_media(&self) -> bool {
+        R::MEDIA && !self.parts.media.is_empty()
     }
 
     /// Whether any surface covers a share only.
     #[inline]
     pub fn has_partial_coverage(&self) -> bool {
-        !self.is_partial.is_empty()
+        R::COVERAGE && !self.parts.is_partial.is_empty()
     }
 
     fn coverage_at(&self, surface: &Surface) -> Coverage {
-        if !self.is_partial[surface.instance as usize] {
+        if !self.parts.is_partial[surface.instance as usize] {
             return Coverage::WHOLE;
         }
-        let material = &self.materials[self.material_of_instance[surface.instance as usize] as usize];
-        Coverage::new(material.coverage(&self.textures, surface))
+        let material = &self.parts.materials[self.parts.material_of_instance[surface.instance as usize] as usize];
+        Coverage::new(material.coverage(&self.parts.textures, surface))
     }
 
     /// The coverage where a ray meets a surface, in scenes where there is a partial one.
     fn coverage_of_hit(&self, hit: &Hit) -> Coverage {
-        if self.is_partial[hit.instance as usize] {
-            self.coverage_at(&self.world.surface(hit))
+        if self.parts.is_partial[hit.instance as usize] {
+            self.coverage_at(&self.parts.world.surface(hit))
         } else {
             Coverage::WHOLE
         }
@@ -340,9 +373,9 @@ impl Scene {
     pub(crate) fn meet(&self, ray: &Ray, rng: &mut impl RandomSource) -> Option<Hit> {
         record::closest(ray);
         if !self.has_partial_coverage() {
-            return self.world.intersect(ray);
+            return self.parts.world.intersect(ray);
         }
-        self.world.intersect_where(ray, |hit| {
+        self.parts.world.intersect_where(ray, |hit| {
             let share = self.coverage_of_hit(hit).share();
             share >= 1.0 || share > 0.0 && rng.uniform() < share
         })
@@ -352,11 +385,11 @@ impl Scene {
     #[inline]
     pub fn trace(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
         rng: &mut impl RandomSource,
-    ) -> Option<Vertex> {
+    ) -> Option<Vertex<R>> {
         let mut vertex = self.camera_vertex();
         self.fly_to(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }
@@ -366,17 +399,17 @@ impl Scene {
     #[inline]
     pub fn trace_to(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         count_ray();
-        let ray = self.world.spawn(&from.anchor(), w);
+        let ray = self.parts.world.spawn(&from.anchor(), w);
         let Some(hit) = self.meet(&ray, rng) else { return false };
         self.place(&hit, wavelength, to);
-        if !self.media.is_empty() {
+        if self.has_media() {
             to.medium = self.medium_met(from, w, to, hit.instance);
         }
         true
@@ -384,7 +417,13 @@ impl Scene {
 
     /// What the eye sees from `from` in direction `w`: what [`Self::trace`] finds, or the environment where that is nothing.
     #[inline]
-    pub fn look(&self, from: &Vertex, w: DVec3, wavelength: Wavelength, rng: &mut impl RandomSource) -> Option<Vertex> {
+    pub fn look(
+        &self,
+        from: &Vertex<R>,
+        w: DVec3,
+        wavelength: Wavelength,
+        rng: &mut impl RandomSource,
+    ) -> Option<Vertex<R>> {
         let mut vertex = self.camera_vertex();
         self.fly_or_escape(from, w, wavelength, &mut vertex, rng).then_some(vertex)
     }
@@ -394,10 +433,10 @@ impl Scene {
     #[inline]
     pub fn look_to(
         &self,
-        from: &Vertex,
+        from: &Vertex<R>,
         w: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         self.trace_to(from, w, wavelength, to, rng) || self.escape_to(w, to)
@@ -405,15 +444,15 @@ impl Scene {
 
     /// Makes `to` the environment in direction `w`; false if that is black.
     #[inline]
-    pub(crate) fn escape_to(&self, w: DVec3, to: &mut Vertex) -> bool {
-        let Some(environment) = &self.environment else { return false };
+    pub(crate) fn escape_to(&self, w: DVec3, to: &mut Vertex<R>) -> bool {
+        let Some(environment) = self.parts.environment.as_ref().filter(|_| R::OTHER_LIGHTS) else { return false };
         let radiance = environment.radiance(w);
         *to = self.environment_vertex(-w, radiance);
         radiance.max_element() > 0.0
     }
 
     /// The environment's light that travels along `direction`.
-    fn environment_vertex(&self, direction: DVec3, radiance: Rgb) -> Vertex {
+    fn environment_vertex(&self, direction: DVec3, radiance: Rgb) -> Vertex<R> {
         Vertex {
             kind: Kind::Environment,
             component: Component::Rough,
@@ -422,16 +461,16 @@ impl Scene {
             material: 0,
             medium: AIR,
             position: DVec3::ZERO,
-            interaction: Interaction { ng: direction, ..self.free_space },
+            interaction: Interaction::none().with_normal(direction),
             emission: radiance,
         }
     }
 
     /// What lies at the outer side of `to`, which a ray from `from` in direction `w` met.
-    pub(crate) fn medium_met(&self, from: &Vertex, w: DVec3, to: &Vertex, instance: u32) -> u32 {
+    pub(crate) fn medium_met(&self, from: &Vertex<R>, w: DVec3, to: &Vertex<R>, instance: u32) -> u32 {
         if bounds_towards(to, -w) {
             // Met from within: what is around it has to be asked.
-            self.media.around(&self.world, to.position, Some(instance))
+            self.parts.media.around(&self.parts.world, to.position, Some(instance))
         } else if bounds_towards(from, w) {
             from.material
         } else {
@@ -441,43 +480,43 @@ impl Scene {
 
     /// Whether light passes the connection between two vertices, which is `edge`.
     #[inline]
-    pub fn connects(&self, a: &Vertex, b: &Vertex, edge: &Edge) -> bool {
+    pub fn connects(&self, a: &Vertex<R>, b: &Vertex<R>, edge: &Edge) -> bool {
         // Where a surface is partial, edges have been asked already.
         if self.has_partial_coverage() { edge.geometry > 0.0 } else { self.mutually_visible(a, b) }
     }
 
     /// The share of light that passes between two vertices: the product of what the surfaces between them do not cover. Symmetric to
     /// the bit.
-    pub fn visibility(&self, a: &Vertex, b: &Vertex) -> f64 {
+    pub fn visibility(&self, a: &Vertex<R>, b: &Vertex<R>) -> f64 {
         if !self.has_partial_coverage() {
             return f64::from(u8::from(self.mutually_visible(a, b)));
         }
         count_ray();
         let passes = |hit: &Hit| 1.0 - self.coverage_of_hit(hit).share();
-        let on_film = |vertex: &Vertex| Anchor { position: self.film_point(vertex), normal: DVec3::ZERO };
-        match (a.kind, b.kind) {
-            _ if a.is_distant() => self.world.visibility_from_afar(&b.anchor(), -a.interaction.ng, passes),
-            _ if b.is_distant() => self.world.visibility_from_afar(&a.anchor(), -b.interaction.ng, passes),
-            (Kind::DistantCamera, _) => self.world.visibility(&b.anchor(), &on_film(b), passes),
-            (_, Kind::DistantCamera) => self.world.visibility(&a.anchor(), &on_film(a), passes),
-            _ => self.world.visibility(&a.anchor(), &b.anchor(), passes),
+        let on_film = |vertex: &Vertex<R>| Anchor { position: self.film_point(vertex), normal: DVec3::ZERO };
+        match (a, b) {
+            _ if a.is_distant() => self.parts.world.visibility_from_afar(&b.anchor(), -a.interaction.ng, passes),
+            _ if b.is_distant() => self.parts.world.visibility_from_afar(&a.anchor(), -b.interaction.ng, passes),
+            _ if a.is_on_film() => self.parts.world.visibility(&b.anchor(), &on_film(b), passes),
+            _ if b.is_on_film() => self.parts.world.visibility(&a.anchor(), &on_film(a), passes),
+            _ => self.parts.world.visibility(&a.anchor(), &b.anchor(), passes),
         }
     }
 
     /// Whether two vertices see each other. Symmetric to the bit.
     #[inline]
-    pub fn mutually_visible(&self, a: &Vertex, b: &Vertex) -> bool {
+    pub fn mutually_visible(&self, a: &Vertex<R>, b: &Vertex<R>) -> bool {
         if self.has_partial_coverage() {
             return self.visibility(a, b) > 0.0;
         }
         count_ray();
         record::visibility(a, b);
-        match (a.kind, b.kind) {
-            (Kind::DistantLight(_) | Kind::Environment, _) => self.world.escapes(&b.anchor(), -a.interaction.ng),
-            (_, Kind::DistantLight(_) | Kind::Environment) => self.world.escapes(&a.anchor(), -b.interaction.ng),
-            (Kind::DistantCamera, _) => self.seen_from_film(b),
-            (_, Kind::DistantCamera) => self.seen_from_film(a),
-            _ => self.world.visible(&a.anchor(), &b.anchor()),
+        match (a, b) {
+            _ if a.is_distant() => self.parts.world.escapes(&b.anchor(), -a.interaction.ng),
+            _ if b.is_distant() => self.parts.world.escapes(&a.anchor(), -b.interaction.ng),
+            _ if a.is_on_film() => self.seen_from_film(b),
+            _ if b.is_on_film() => self.seen_from_film(a),
+            _ => self.parts.world.visible(&a.anchor(), &b.anchor()),
         }
     }
 
@@ -486,17 +525,23 @@ impl Scene {
     /// The medium is that of the solid whose inner side the segment leaves at its light side, else at its eye side, else
     /// that which its ends are met in.
     #[inline]
-    pub(crate) fn transmittance(&self, light_side: &Vertex, eye_side: &Vertex, direction: DVec3, length: f64) -> Rgb {
-        if self.media.is_empty() {
+    pub(crate) fn transmittance(
+        &self,
+        light_side: &Vertex<R>,
+        eye_side: &Vertex<R>,
+        direction: DVec3,
+        length: f64,
+    ) -> Rgb {
+        if !self.has_media() {
             return Rgb::ONE;
         }
         let medium = self.medium_between(light_side, eye_side, direction);
         if medium.is_vacuum() { Rgb::ONE } else { medium.transmittance(length) }
     }
 
-    fn punctual_vertex(&self, index: u32) -> Vertex {
-        let light = &self.lights.punctual[index as usize];
-        let mut interaction = self.free_space;
+    fn punctual_vertex(&self, index: u32) -> Vertex<R> {
+        let light = &self.parts.lights.punctual[index as usize];
+        let mut interaction = Interaction::none();
         let (kind, position) = match light {
             PunctualLight::Directional { direction, .. } => {
                 interaction.ng = *direction;
@@ -508,7 +553,7 @@ impl Scene {
         };
         let emission = Rgb::ZERO;
         let component = Component::Rough;
-        let medium = self.light_media[index as usize];
+        let medium = self.parts.light_media[index as usize];
         Vertex {
             kind,
             component,
@@ -530,7 +575,7 @@ impl Scene {
         direction: DVec3,
         point: DVec3,
         wavelength: Wavelength,
-        to: &mut Vertex,
+        to: &mut Vertex<R>,
         rng: &mut impl RandomSource,
     ) -> bool {
         count_ray();
@@ -544,18 +589,18 @@ impl Scene {
     pub(crate) fn ray_from_afar(&self, direction: DVec3, point: DVec3) -> Ray {
         // Any start before the scene will do; one radius before the bounding sphere's centre touches it.
         let along = direction.dot(point - self.centre());
-        Ray { origin: point - direction * (along + 2.0 * self.radius), direction }
+        Ray { origin: point - direction * (along + 2.0 * self.parts.radius), direction }
     }
 
     /// The middle of the scene's bounding box.
     pub(crate) fn centre(&self) -> DVec3 {
-        let (low, high) = self.world.bounds();
+        let (low, high) = self.parts.world.bounds();
         (low + high) * 0.5
     }
 }
 
 /// Whether a vertex bounds a solid and `w` points into it.
 #[inline]
-pub(crate) fn bounds_towards(vertex: &Vertex, w: DVec3) -> bool {
+pub(crate) fn bounds_towards<R: Repertoire>(vertex: &Vertex<R>, w: DVec3) -> bool {
     vertex.is_surface() && vertex.interaction.medium_below() && vertex.interaction.ng.dot(w) < 0.0
 }

@@ -1,25 +1,25 @@
 //! What a chain of paths lives in, and the scalar it samples by.
 
-use std::sync::Arc;
+use std::marker::PhantomData;
 
 use ergodic_metropolis::{Density, Target};
-use ergodic_scattering::{Rgb, luminance};
+use ergodic_scattering::{Everything, Repertoire, Rgb, luminance};
 use glam::DVec2;
 
 use crate::{Lengths, Path, Scene, contribution};
 
 /// A scene and the lengths of the paths in it that a chain may visit.
 #[derive(Clone, Debug)]
-pub struct PathSpace {
+pub struct PathSpace<R: Repertoire = Everything> {
     /// The scene.
-    pub scene: Arc<Scene>,
+    pub scene: Scene<R>,
     /// The lengths.
     pub lengths: Lengths,
 }
 
 /// The target of Metropolis light transport: C(x), the luminance of f (Veach 11.2), one scalar for the whole image.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct LuminanceTarget;
+pub struct LuminanceTarget<R: Repertoire = Everything>(PhantomData<R>);
 
 /// What one evaluation of [`LuminanceTarget`] yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +32,12 @@ pub struct Measured {
     pub raster: DVec2,
 }
 
-impl Target for LuminanceTarget {
-    type State = Path;
+impl<R: Repertoire> Target for LuminanceTarget<R> {
+    type State = Path<R>;
     type Value = Measured;
 
     #[inline]
-    fn evaluate(&self, x: &Path) -> Measured {
+    fn evaluate(&self, x: &Path<R>) -> Measured {
         let Some(raster) = x.raster else {
             return Measured { luminance: Density::ZERO, color: Rgb::ZERO, raster: DVec2::ZERO };
         };

@@ -1,7 +1,7 @@
 //! Random walks from a light or from the eye (Veach 10.1), with the densities and throughputs that connections need.
 
 use ergodic_metropolis::RandomSource;
-use ergodic_scattering::{Component, Rgb, Wavelength};
+use ergodic_scattering::{Component, Everything, Repertoire, Rgb, Wavelength};
 
 use crate::stability::{Place, is_usable};
 use crate::{Edge, Scene, Vertex};
@@ -39,14 +39,14 @@ pub enum End {
 
 /// A walk: vertex 0 is the endpoint. All four lists beside the vertices are caches derived from them.
 #[derive(Clone, Debug)]
-pub struct Subpath {
+pub struct Subpath<R: Repertoire = Everything> {
     end: End,
     /// The numbers that choose the image point of a walk from a lens.
     image_point: Option<[f64; 2]>,
     /// The wavelength that walks are for, [`Wavelength::NONE`] where the scene does not disperse.
     pub wavelength: Wavelength,
     /// Vertices in the order in which they were sampled. The component of each says how the walk left it.
-    pub vertices: Vec<Vertex>,
+    pub vertices: Vec<Vertex<R>>,
     /// `edges[i]` between vertices i and i + 1, oriented as light flows.
     pub edges: Vec<Edge>,
     /// Area density of each vertex given those before it, without roulette.
@@ -57,7 +57,7 @@ pub struct Subpath {
     pub throughput: Vec<Rgb>,
 }
 
-impl Subpath {
+impl<R: Repertoire> Subpath<R> {
     /// An empty walk with room for `vertices` vertices.
     pub fn new(end: End, vertices: usize) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Subpath {
         self.vertices.is_empty()
     }
 
-    fn edge(&self, scene: &Scene, from: &Vertex, to: &Vertex) -> Edge {
+    fn edge(&self, scene: &Scene<R>, from: &Vertex<R>, to: &Vertex<R>) -> Edge {
         match self.end {
             End::Light => Edge::new(scene, from, to),
             End::Eye => Edge::new(scene, to, from),
@@ -120,7 +120,7 @@ impl Subpath {
     }
 
     /// Walks anew, to at most `most` vertices.
-    pub fn walk(&mut self, scene: &Scene, most: usize, roulette: &Roulette, rng: &mut impl RandomSource) {
+    pub fn walk(&mut self, scene: &Scene<R>, most: usize, roulette: &Roulette, rng: &mut impl RandomSource) {
         self.vertices.clear();
         self.edges.clear();
         self.pdf_area.clear();
@@ -150,7 +150,7 @@ impl Subpath {
     }
 
     /// Samples one more vertex; `None` where the walk ends.
-    fn extend(&mut self, scene: &Scene, roulette: &Roulette, rng: &mut impl RandomSource) -> Option<()> {
+    fn extend(&mut self, scene: &Scene<R>, roulette: &Roulette, rng: &mut impl RandomSource) -> Option<()> {
         let i = self.len() - 1;
         rng.enter(self.end as usize, i + 1);
         let survival = roulette.survival(i + 1);
@@ -184,7 +184,7 @@ impl Subpath {
         next.scatters().then_some(())
     }
 
-    fn first_step(&self, scene: &Scene, rng: &mut impl RandomSource) -> Option<(Vertex, Edge, f64, Rgb)> {
+    fn first_step(&self, scene: &Scene<R>, rng: &mut impl RandomSource) -> Option<(Vertex<R>, Edge, f64, Rgb)> {
         let start = &self.vertices[0];
         match self.end {
             End::Light => {
@@ -211,7 +211,7 @@ impl Subpath {
         }
     }
 
-    fn scatter(&mut self, scene: &Scene, rng: &mut impl RandomSource) -> Option<(Vertex, Edge, f64, Rgb)> {
+    fn scatter(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource) -> Option<(Vertex<R>, Edge, f64, Rgb)> {
         let i = self.len() - 1;
         let w_from = -self.travel(&self.edges[i - 1]);
         let u = [rng.uniform(), rng.uniform(), rng.uniform()];

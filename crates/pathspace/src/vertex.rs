@@ -2,7 +2,7 @@
 //! chain cannot remember how a path was found.
 
 use ergodic_geometry::Anchor;
-use ergodic_scattering::{Component, Interaction, Rgb};
+use ergodic_scattering::{Component, Everything, Interaction, Repertoire, Rgb};
 use glam::DVec3;
 
 use crate::Coverage;
@@ -35,9 +35,9 @@ pub(crate) const NO_EMITTER: u32 = u32::MAX;
 /// Marks a vertex on the environment.
 pub(crate) const ENVIRONMENT: u32 = u32::MAX - 1;
 
-/// A vertex of a path.
+/// A vertex of a path. What it cannot be in a scene of its repertoire is not asked.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct Vertex<R: Repertoire = Everything> {
     /// What it is.
     pub kind: Kind,
     /// How light scatters here on this path. Endpoints carry [`Component::Rough`].
@@ -54,46 +54,55 @@ pub struct Vertex {
     /// Position in the scene's own (recentred, rescaled) space; zero for a distant light or camera and the environment.
     pub position: DVec3,
     /// The scattering here; for a distant light and the environment `ng` is the direction in which its light travels.
-    pub interaction: Interaction,
+    pub interaction: Interaction<R>,
     /// Radiance emitted here into the front, before the one-sided test; of the environment that of its direction.
     pub emission: Rgb,
 }
 
-impl Vertex {
+impl<R: Repertoire> Vertex<R> {
     /// Whether this is a point of a surface.
     #[inline]
     pub fn is_surface(&self) -> bool {
         self.kind == Kind::Surface
     }
 
+    /// The same vertex in another repertoire, which must have what it is.
+    #[inline]
+    #[must_use]
+    pub(crate) fn within<S: Repertoire>(self) -> Vertex<S> {
+        let Self { kind, component, coverage, emitter, material, medium, position, interaction, emission } = self;
+        let interaction = Interaction::new(interaction.frame, interaction.ng, interaction.bsdf);
+        Vertex { kind, component, coverage, emitter, material, medium, position, interaction, emission }
+    }
+
     /// Whether the vertex lies on an area, so that a cosine goes with it.
     #[inline]
     pub(crate) fn has_area(&self) -> bool {
-        matches!(self.kind, Kind::Surface | Kind::Aperture)
+        self.kind == Kind::Surface || R::OTHER_CAMERAS && self.kind == Kind::Aperture
     }
 
     /// Whether it is a light without extent: a point, or a single direction.
     #[inline]
     pub fn is_without_extent(&self) -> bool {
-        matches!(self.kind, Kind::PointLight(_) | Kind::DistantLight(_))
+        R::OTHER_LIGHTS && matches!(self.kind, Kind::PointLight(_) | Kind::DistantLight(_))
     }
 
     /// Whether this is the camera's end of a path.
     #[inline]
     pub fn is_eye(&self) -> bool {
-        matches!(self.kind, Kind::Camera | Kind::Aperture | Kind::DistantCamera)
+        self.kind == Kind::Camera || R::OTHER_CAMERAS && matches!(self.kind, Kind::Aperture | Kind::DistantCamera)
     }
 
     /// Whether this is an orthographic camera, or a point of its film.
     #[inline]
     pub fn is_on_film(&self) -> bool {
-        self.kind == Kind::DistantCamera
+        R::OTHER_CAMERAS && self.kind == Kind::DistantCamera
     }
 
     /// Whether this is a point of a medium.
     #[inline]
     pub fn is_in_medium(&self) -> bool {
-        self.kind == Kind::Volume
+        R::SCATTERING && self.kind == Kind::Volume
     }
 
     /// What names the medium that the vertex is met in.
@@ -105,20 +114,26 @@ impl Vertex {
     /// Whether light is scattered here, so that walks go on.
     #[inline]
     pub fn scatters(&self) -> bool {
-        matches!(self.kind, Kind::Surface | Kind::Volume)
+        self.is_surface() || self.is_in_medium()
     }
 
     /// Whether the vertex is infinitely far away: light travels along its `interaction.ng` and has no position.
     #[inline]
     pub fn is_distant(&self) -> bool {
-        matches!(self.kind, Kind::DistantLight(_) | Kind::Environment)
+        R::OTHER_LIGHTS && matches!(self.kind, Kind::DistantLight(_) | Kind::Environment)
+    }
+
+    /// Whether the vertex is a direction of the environment.
+    #[inline]
+    pub(crate) fn is_environment(&self) -> bool {
+        R::OTHER_LIGHTS && self.kind == Kind::Environment
     }
 
     /// Whether the vertex may end a path as its light: a point of a surface, or a direction of the environment. Other lights have
     /// no extent, so that no walk from the eye meets them.
     #[inline]
     pub fn can_be_met(&self) -> bool {
-        matches!(self.kind, Kind::Surface | Kind::Environment)
+        self.is_surface() || self.is_environment()
     }
 
     /// Whether the vertex emits from its surface, or is the environment.

@@ -6,7 +6,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use cpu_time::ThreadTime;
 use ergodic_metropolis::Mixture;
@@ -44,7 +43,7 @@ fn settings() -> Settings {
 }
 
 /// The scene, ready for what it has and for `on`.
-fn scene(file: &Path, settings: &Settings, on: &[Effect]) -> Arc<Scene> {
+fn scene(file: &Path, settings: &Settings, on: &[Effect]) -> Scene {
     let asset = ergodic_assets::load(file).expect("a stored scene is sound");
     let (camera, _) = asset.camera("", 1.0).expect("a stored scene has a camera");
     let mut description = asset.description;
@@ -54,7 +53,7 @@ fn scene(file: &Path, settings: &Settings, on: &[Effect]) -> Arc<Scene> {
     }
     let mut view = settings.view(camera);
     description.plan(&mut view.camera, &Forced { on: on.to_vec(), off: Vec::new() });
-    Arc::new(Scene::new(description, &view).expect("a stored scene is sound"))
+    Scene::new(description, &view).expect("a stored scene is sound")
 }
 
 /// Chains on their way.
@@ -67,7 +66,7 @@ struct Work {
 }
 
 impl Work {
-    fn new(scene: &Arc<Scene>, settings: &Settings) -> Self {
+    fn new(scene: &Scene, settings: &Settings) -> Self {
         let lengths = Lengths { min_edges: 3, max_edges: settings.max_edges };
         let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
@@ -76,7 +75,7 @@ impl Work {
         let seeds = Seeds::draw(scene, lengths, roulette, &seeding, settings.seed, &Unobserved);
         let chain = |(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index));
         Self {
-            space: PathSpace { scene: Arc::clone(scene), lengths },
+            space: PathSpace { scene: scene.clone(), lengths },
             mixture: Mixture::new(members).expect("the default mixture is sound"),
             chains: (0..).zip(seeds.starts(scene, CHAINS)).map(chain).collect(),
             ledger: Ledger::new(settings, &names),
@@ -103,7 +102,7 @@ fn median(mut values: Vec<f64>) -> f64 {
 }
 
 /// Mean of the picture and its standard error.
-fn picture(scene: &Arc<Scene>) -> (f64, f64) {
+fn picture(scene: &Scene) -> (f64, f64) {
     let mut settings = Settings { size: (256, 256), budget: Budget::SamplesPerPixel(1.0), ..Settings::default() };
     settings.mlt.seeding.max_samples = 20_000;
     settings.mlt.chains = 64;
@@ -129,7 +128,7 @@ fn main() {
         let every: Vec<Effect> = Effect::ALL.to_vec();
         let (plain, full) = (scene(&file, &settings, &[]), scene(&file, &settings, &every));
         let has = plain.effects();
-        let others: Vec<(Effect, Arc<Scene>)> = Effect::ALL
+        let others: Vec<(Effect, Scene)> = Effect::ALL
             .iter()
             .filter(|effect| !has.has(**effect))
             .map(|effect| (*effect, scene(&file, &settings, &[*effect])))

@@ -9,7 +9,6 @@ mod processor_time;
 use std::fs;
 use std::hint::black_box;
 use std::path::{Path as FilePath, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -46,10 +45,10 @@ fn settings() -> Settings {
     Settings { size: (256, 256), ..Settings::default() }
 }
 
-fn load(file: &FilePath, settings: &Settings) -> Arc<Scene> {
+fn load(file: &FilePath, settings: &Settings) -> Scene {
     let asset = ergodic_assets::load(file).expect("a stored scene is sound");
     let (camera, _) = asset.camera("", 1.0).expect("a stored scene has a camera");
-    Arc::new(Scene::new(asset.description, &settings.view(camera)).expect("a stored scene is sound"))
+    Scene::new(asset.description, &settings.view(camera)).expect("a stored scene is sound")
 }
 
 /// What chains leave their results in.
@@ -106,7 +105,7 @@ fn scene(criterion: &mut Criterion<ProcessorTime>, name: &str, file: &FilePath) 
     let scene = load(file, &settings);
     // Paths of three or more edges, as in a render whose direct light is sampled apart.
     let lengths = Lengths { min_edges: 3, max_edges: settings.max_edges };
-    let space = PathSpace { scene: Arc::clone(&scene), lengths };
+    let space = PathSpace { scene: scene.clone(), lengths };
     let mixture = Mixture::new(settings.mlt.mutations.clone()).expect("the default mixture has members");
     let mut chains = chains(&space, &mixture, &settings);
     let paths: Vec<Path> = chains.iter().map(|chain| chain.path().clone()).collect();

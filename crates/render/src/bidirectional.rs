@@ -2,26 +2,28 @@
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Roulette, Scene};
-use ergodic_scattering::Rgb;
+use ergodic_scattering::{Everything, Repertoire, Rgb};
 use glam::DVec2;
 
 use crate::sampling::Estimator;
 
 /// Bidirectional path tracing.
 #[derive(Clone, Debug)]
-pub struct BidirectionalPathTracer {
-    sampler: BidirectionalSampler,
+pub struct BidirectionalPathTracer<R: Repertoire = Everything> {
+    sampler: BidirectionalSampler<R>,
 }
 
-impl BidirectionalPathTracer {
+impl<R: Repertoire> BidirectionalPathTracer<R> {
     /// Bidirectional path tracing of paths of the given lengths.
     pub fn new(lengths: Lengths, roulette: Roulette) -> Self {
         Self { sampler: BidirectionalSampler::new(lengths, roulette) }
     }
 }
 
-impl Estimator for BidirectionalPathTracer {
-    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+impl<R: Repertoire> Estimator for BidirectionalPathTracer<R> {
+    type Repertoire = R;
+
+    fn sample(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         // Connections to the walk from the eye all arrive where it starts: one splat for all of them.
         let mut by_eye: Option<(DVec2, Rgb)> = None;
         self.sampler.sample(scene, rng, |_, connection| {

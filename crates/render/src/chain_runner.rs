@@ -6,6 +6,7 @@ use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, RandomSource, Step, Target};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass};
+use ergodic_scattering::Repertoire;
 use rand_pcg::Pcg64Dxsm;
 
 use crate::layers::VisitBuffer;
@@ -34,8 +35,8 @@ pub trait Pictured: Clone + Send {
 /// The value of the target at a state.
 pub type ValueOf<S> = <<S as Pictured>::Target as Target>::Value;
 
-impl Pictured for Path {
-    type Target = LuminanceTarget;
+impl<R: Repertoire> Pictured for Path<R> {
+    type Target = LuminanceTarget<R>;
 
     #[inline]
     fn class(&self) -> PathClass {

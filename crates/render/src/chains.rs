@@ -1,12 +1,11 @@
 //! Many chains in parallel: who runs when, where their splats go, and the picture and report that come of it.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::Rejection;
 use ergodic_pathspace::{Lengths, Scene};
-use ergodic_scattering::Rgb;
+use ergodic_scattering::{Repertoire, Rgb};
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::bins::CAPACITY;
@@ -111,8 +110,8 @@ pub(crate) fn until_seeded<'a>(settings: &Settings, start: Instant, observer: &'
 /// Renders by chains that are at their start and make steps by `mixture`. `names` has one entry for each of its members.
 ///
 /// A picture that would be all black is an error: there is nothing that a chain could start from.
-pub(crate) fn render<S, M>(
-    scene: &Arc<Scene>,
+pub(crate) fn render<R, S, M>(
+    scene: &Scene<R>,
     settings: &Settings,
     chains: Start<S>,
     (mixture, space): (&Mixture<M>, &M::Space),
@@ -121,6 +120,7 @@ pub(crate) fn render<S, M>(
     observer: &dyn Observer,
 ) -> Result<Rendered, RenderError>
 where
+    R: Repertoire,
     S: Pictured,
     M: Mutation<State = S> + Sync,
     M::Space: Sync,

@@ -46,12 +46,12 @@ pub use settings::{
 };
 pub use streams::{Purpose, stream};
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_metropolis::{Mixture, MixtureError, Mutation};
-use ergodic_mutations::{Rejection, Splice};
-use ergodic_pathspace::{Path, PathSpace, Scene};
+use ergodic_mutations::{InRepertoire, Rejection, Splice};
+use ergodic_pathspace::{Path, PathSpace, Scene, Within};
+use ergodic_scattering::Repertoire;
 use thiserror::Error;
 
 use chains::{Rendered, chain_lengths};
@@ -115,7 +115,7 @@ pub(crate) const BATCHES: usize = 128;
 ///
 /// Settings out of range.
 pub fn render_with_mixture<M>(
-    scene: &Arc<Scene>,
+    scene: &Scene,
     settings: &Settings,
     mixture: &Mixture<M>,
     names: &[&'static str],
@@ -137,7 +137,7 @@ where
 /// # Errors
 ///
 /// Settings out of range, or threads that cannot be started.
-pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
+pub fn render(scene: &Scene, settings: &Settings, observer: &dyn Observer) -> Result<Rendering, RenderError> {
     settings.validate().map_err(RenderError::Settings)?;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(settings.threads)
@@ -145,7 +145,25 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
         .map_err(|e| RenderError::Threads { threads: settings.threads, reason: e.to_string() })?;
     let start = Instant::now();
     let processor_start = processor_seconds(&pool);
-    let mut rendering = pool.install(|| -> Result<Rendering, RenderError> {
+    let mut rendering = pool.install(|| scene.within(Render { settings, start, observer }))?;
+    rendering.seconds = start.elapsed().as_secs_f64();
+    rendering.processor_seconds = processor_seconds(&pool) - processor_start;
+    rendering.threads = pool.current_num_threads();
+    Ok(rendering)
+}
+
+/// What [`render`] does in its pool of threads.
+struct Render<'a> {
+    settings: &'a Settings,
+    start: Instant,
+    observer: &'a dyn Observer,
+}
+
+impl Within for Render<'_> {
+    type Output = Result<Rendering, RenderError>;
+
+    fn run<R: Repertoire>(self, scene: &Scene<R>) -> Self::Output {
+        let Self { settings, start, observer } = self;
         match settings.method {
             Method::Path => {
                 let estimator = PathTracer::new(settings.lengths(), settings.roulette.roulette());
@@ -158,7 +176,8 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
             Method::Mlt => {
                 let mutations = settings.mlt.mutations_for(scene.effects());
                 let names = mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
-                let mixture = Mixture::new(mutations)?;
+                let kernels = mutations.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
+                let mixture = Mixture::new(kernels.collect())?;
                 metropolis(scene, settings, &mixture, &names, start, observer)
             }
             Method::Pssmlt => {
@@ -179,11 +198,7 @@ pub fn render(scene: &Arc<Scene>, settings: &Settings, observer: &dyn Observer) 
                 Ok(by_chains(scene, settings, primary::render(scene, settings, &estimator, start, observer)?))
             }
         }
-    })?;
-    rendering.seconds = start.elapsed().as_secs_f64();
-    rendering.processor_seconds = processor_seconds(&pool) - processor_start;
-    rendering.threads = pool.current_num_threads();
-    Ok(rendering)
+    }
 }
 
 /// Processor time that the threads of a pool have taken so far, in seconds.
@@ -194,9 +209,9 @@ fn processor_seconds(pool: &rayon::ThreadPool) -> f64 {
     pool.broadcast(of_thread).iter().sum()
 }
 
-fn independent(
-    scene: &Arc<Scene>,
-    estimator: &(impl Estimator + Sync),
+fn independent<E: Estimator + Sync>(
+    scene: &Scene<E::Repertoire>,
+    estimator: &E,
     settings: &Settings,
     purpose: Purpose,
     observer: &dyn Observer,
@@ -223,8 +238,8 @@ fn independent(
     }
 }
 
-fn metropolis<M>(
-    scene: &Arc<Scene>,
+fn metropolis<R, M>(
+    scene: &Scene<R>,
     settings: &Settings,
     mixture: &Mixture<M>,
     names: &[&'static str],
@@ -232,12 +247,13 @@ fn metropolis<M>(
     observer: &dyn Observer,
 ) -> Result<Rendering, RenderError>
 where
-    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+    R: Repertoire,
+    M: Mutation<Space = PathSpace<R>, State = Path<R>, Plan = Splice, Failure = Rejection> + Sync,
 {
     Ok(by_chains(scene, settings, mlt::render(scene, settings, mixture, names, start, observer)?))
 }
 
-fn by_chains(scene: &Scene, settings: &Settings, rendered: Rendered) -> Rendering {
+fn by_chains<R: Repertoire>(scene: &Scene<R>, settings: &Settings, rendered: Rendered) -> Rendering {
     Rendering {
         picture: rendered.picture,
         method: settings.method,

@@ -1,11 +1,11 @@
 //! Metropolis light transport (Veach 11): seeds, and chains of paths that start from them.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Path, PathSpace, Scene};
+use ergodic_scattering::Repertoire;
 
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord};
 use crate::chains::{self, Rendered, chain_lengths, until_seeded};
@@ -15,8 +15,8 @@ use crate::streams::{Purpose, stream};
 use crate::{RenderError, Settings};
 
 /// Renders with any mixture of path mutations; `names` has one entry for each member.
-pub(crate) fn render<M>(
-    scene: &Arc<Scene>,
+pub(crate) fn render<R, M>(
+    scene: &Scene<R>,
     settings: &Settings,
     mixture: &Mixture<M>,
     names: &[&'static str],
@@ -24,7 +24,8 @@ pub(crate) fn render<M>(
     observer: &dyn Observer,
 ) -> Result<Rendered, RenderError>
 where
-    M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection> + Sync,
+    R: Repertoire,
+    M: Mutation<Space = PathSpace<R>, State = Path<R>, Plan = Splice, Failure = Rejection> + Sync,
 {
     let lengths = chain_lengths(settings);
     let seeding_start = Instant::now();
@@ -34,7 +35,7 @@ where
     let states = seeds.starts(scene, settings.mlt.chains);
     let chains =
         chains::Start { seeding_seconds: seeding_start.elapsed().as_secs_f64(), seeds, states, splats_per_step: 1 };
-    let space = PathSpace { scene: Arc::clone(scene), lengths };
+    let space = PathSpace { scene: scene.clone(), lengths };
     chains::render(scene, settings, chains, (mixture, &space), names, start, observer)
 }
 
@@ -52,12 +53,7 @@ pub struct Replayed {
 /// Runs one chain again, alone, up to the given step, for looking at a fault.
 ///
 /// `None` if there is no such chain.
-pub fn replay<M>(
-    scene: &Arc<Scene>,
-    settings: &Settings,
-    mixture: &Mixture<M>,
-    record: &FaultRecord,
-) -> Option<Replayed>
+pub fn replay<M>(scene: &Scene, settings: &Settings, mixture: &Mixture<M>, record: &FaultRecord) -> Option<Replayed>
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
 {
@@ -65,7 +61,7 @@ where
     let roulette = settings.roulette.roulette();
     let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &Unobserved);
     let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
-    let space = PathSpace { scene: Arc::clone(scene), lengths };
+    let space = PathSpace { scene: scene.clone(), lengths };
     let mut after = ChainRunner::new(record.chain, start, stream(settings.seed, Purpose::Chain, record.chain));
     for _ in 0..record.step {
         after.step(mixture, &space);

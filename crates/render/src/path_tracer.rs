@@ -1,24 +1,27 @@
 //! Path tracing from the eye with next-event estimation, both weighted by the power heuristic (Veach 9, 10.3).
 
+use std::marker::PhantomData;
+
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable};
 use ergodic_pathspace::{Edge, End, Lengths, Roulette, Scene, Vertex};
-use ergodic_scattering::{Component, Rgb, Wavelength};
+use ergodic_scattering::{Component, Everything, Repertoire, Rgb, Wavelength};
 use glam::DVec2;
 
 use crate::sampling::Estimator;
 
 /// The path tracer.
 #[derive(Clone, Debug)]
-pub struct PathTracer {
+pub struct PathTracer<R: Repertoire = Everything> {
     lengths: Lengths,
     roulette: Roulette,
+    repertoire: PhantomData<R>,
 }
 
-impl PathTracer {
+impl<R: Repertoire> PathTracer<R> {
     /// A path tracer of paths of the given lengths.
     pub fn new(lengths: Lengths, roulette: Roulette) -> Self {
-        Self { lengths, roulette }
+        Self { lengths, roulette, repertoire: PhantomData }
     }
 }
 
@@ -29,7 +32,7 @@ fn power_heuristic(this: f64, other: f64) -> f64 {
 }
 
 /// The transmittance of an edge over the density of the walk's flight along it, to the light side.
-fn arriving(scene: &Scene, edge: &Edge, light_side: &Vertex, eye_side: &Vertex) -> Rgb {
+fn arriving<R: Repertoire>(scene: &Scene<R>, edge: &Edge, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Rgb {
     if scene.scatters() {
         edge.transmittance / edge.flight(scene, light_side, eye_side, light_side)
     } else {
@@ -40,9 +43,9 @@ fn arriving(scene: &Scene, edge: &Edge, light_side: &Vertex, eye_side: &Vertex) 
 /// Light that reaches `vertex` straight from a sampled light, seen along `w_eye`; f over density, weighted.
 ///
 /// `continues` is the probability that the walk would have sampled the next vertex.
-fn next_event(
-    scene: &Scene,
-    vertex: &Vertex,
+fn next_event<R: Repertoire>(
+    scene: &Scene<R>,
+    vertex: &Vertex<R>,
     (w_eye, wavelength): (glam::DVec3, Wavelength),
     continues: f64,
     rng: &mut impl RandomSource,
@@ -67,8 +70,10 @@ fn next_event(
 const WALK: usize = End::Eye as usize;
 const LIGHTS: usize = 1;
 
-impl Estimator for PathTracer {
-    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+impl<R: Repertoire> Estimator for PathTracer<R> {
+    type Repertoire = R;
+
+    fn sample(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         let camera = scene.camera();
         let wavelength = scene.sample_wavelength(rng);
         let mut meets_dispersion = false;

@@ -1,6 +1,5 @@
 //! Independent replicas of a render: the same settings, a seed of its own for each, and so a b of its own.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ergodic_pathspace::Scene;
@@ -26,7 +25,7 @@ impl Observer for OneOfMany<'_> {
 ///
 /// As [`render`].
 pub fn render_replicas(
-    scene: &Arc<Scene>,
+    scene: &Scene,
     settings: &Settings,
     count: usize,
     observer: &dyn Observer,

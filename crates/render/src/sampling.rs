@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{End, PathClass, Scene};
-use ergodic_scattering::{Filter, Rgb};
+use ergodic_scattering::{Filter, Repertoire, Rgb};
 use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
 use rayon::prelude::*;
@@ -18,8 +18,11 @@ use crate::{BATCHES, Budget, Film, SplatBuffer};
 ///
 /// Samples that splat up to `max_edges + 1` times are foreseen in the memory that a render takes; more need more.
 pub trait Estimator: Clone + Send {
+    /// What the scenes have that it is compiled for.
+    type Repertoire: Repertoire;
+
     /// Takes one sample; every call of `splat` adds light to the estimate of the mean over the image.
-    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, splat: impl FnMut(DVec2, Rgb));
+    fn sample(&mut self, scene: &Scene<Self::Repertoire>, rng: &mut impl RandomSource, splat: impl FnMut(DVec2, Rgb));
 
     /// The class of the last sample, if it was one path.
     fn class(&self) -> PathClass {
@@ -81,14 +84,14 @@ pub struct Sampled {
 
 impl Sampled {
     /// The picture: splats estimate the mean over the image, pixels hold density.
-    pub fn picture(&self, scene: &Scene) -> crate::Picture {
+    pub fn picture<R: Repertoire>(&self, scene: &Scene<R>) -> crate::Picture {
         self.film.develop(scene.camera().image_area_pixels() / (self.samples.max(1)) as f64)
     }
 }
 
 /// Takes one stratified sample in each pixel in every pass until the budget ends; at least one pass unless stopped.
 pub fn sample_image<E: Estimator>(
-    scene: &Scene,
+    scene: &Scene<E::Repertoire>,
     estimator: &E,
     (width, height): (u32, u32),
     filter: Filter,
@@ -148,7 +151,7 @@ pub(crate) fn all<T: Send>(work: &mut [T], done: impl Fn(&mut T) -> bool + Sync 
 
 impl<E: Estimator> Batch<E> {
     /// Samples until the pass is done or the buffer is full; whether the pass is done.
-    fn advance(&mut self, scene: &Scene, (width, height): (u32, u32), step: usize) -> bool {
+    fn advance(&mut self, scene: &Scene<E::Repertoire>, (width, height): (u32, u32), step: usize) -> bool {
         while self.next.1 < height {
             if self.splats.room() == 0 {
                 return false;

@@ -4,7 +4,7 @@
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
-use ergodic_scattering::luminance;
+use ergodic_scattering::{Repertoire, luminance};
 use rand_pcg::Pcg64Dxsm;
 use rayon::prelude::*;
 
@@ -35,8 +35,8 @@ pub struct Seeds {
 
 impl Seeds {
     /// Samples until the relative standard error of b is small enough, or the samples allowed are used up.
-    pub fn draw(
-        scene: &Scene,
+    pub fn draw<R: Repertoire>(
+        scene: &Scene<R>,
         lengths: Lengths,
         roulette: Roulette,
         settings: &Seeding,
@@ -44,7 +44,7 @@ impl Seeds {
         observer: &dyn Observer,
     ) -> Self {
         let sampler = || BidirectionalSampler::new(lengths, roulette);
-        let weigh = |sampler: &mut BidirectionalSampler, rng: &mut Pcg64Dxsm| {
+        let weigh = |sampler: &mut BidirectionalSampler<R>, rng: &mut Pcg64Dxsm| {
             let mut sum = 0.0;
             sampler.sample(scene, rng, |_, connection| sum += luminance(connection.contribution()));
             sum
@@ -142,7 +142,7 @@ impl Seeds {
     }
 
     /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
-    pub fn starts(&self, scene: &Scene, count: usize) -> Vec<Path> {
+    pub fn starts<R: Repertoire>(&self, scene: &Scene<R>, count: usize) -> Vec<Path<R>> {
         let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
         let mut starts = Vec::with_capacity(count);
         for (i, index) in self.chosen(count).into_iter().enumerate() {

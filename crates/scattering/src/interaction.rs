@@ -1,10 +1,12 @@
 //! The scattering at one point of a surface, in world space: shading frame, geometric normal and BSDF.
 
+use std::marker::PhantomData;
+
 use ergodic_geometry::Frame;
 use ergodic_geometry::phase::{self, Phase};
 use glam::DVec3;
 
-use crate::{Bsdf, HenyeyGreenstein, Rgb};
+use crate::{Bsdf, Everything, HenyeyGreenstein, Repertoire, Rgb};
 
 /// Part of the scattering that a path goes through at a vertex.
 ///
@@ -36,19 +38,33 @@ const LEAST_COSINE_PRODUCT: f64 = 1e-20;
 /// Directions are unit vectors in world space, away from the surface. Opaque and thin-walled surfaces are the same on both
 /// sides; for a solid, the side of `ng` is the outside.
 #[derive(Clone, Copy, Debug)]
-pub struct Interaction {
+pub struct Interaction<R: Repertoire = Everything> {
     /// Shading frame: its normal is Ns, on the side of `ng`.
     pub frame: Frame,
     /// Unit geometric normal.
     pub ng: DVec3,
     /// How it scatters, in the shading frame.
     pub bsdf: Bsdf,
+    repertoire: PhantomData<R>,
 }
 
-impl Interaction {
+impl<R: Repertoire> Interaction<R> {
+    /// The scattering by a BSDF in a shading frame, whose normal is on the side of the unit geometric normal `ng`.
+    #[inline]
+    pub fn new(frame: Frame, ng: DVec3, bsdf: Bsdf) -> Self {
+        Self { frame, ng, bsdf, repertoire: PhantomData }
+    }
+
     /// What stands for the scattering where there is no surface: nothing.
     pub fn none() -> Self {
-        Self { frame: Frame::from_normal(DVec3::Z), ng: DVec3::Z, bsdf: Bsdf::BLACK }
+        Self::new(Frame::from_normal(DVec3::Z), DVec3::Z, Bsdf::BLACK)
+    }
+
+    /// The same with another geometric normal.
+    #[inline]
+    #[must_use]
+    pub fn with_normal(self, ng: DVec3) -> Self {
+        Self { ng, ..self }
     }
 
     /// The scattering at a point of a medium.
@@ -61,7 +77,7 @@ impl Interaction {
     /// Whether both normals see `w` on the same side, clear of the surface. A medium has no sides.
     #[inline]
     fn accepts(&self, w: DVec3) -> bool {
-        if matches!(self.bsdf, Bsdf::Phase(_)) {
+        if self.bsdf.is_medium::<R>() {
             return true;
         }
         w.dot(self.frame.n) * w.dot(self.ng) > LEAST_COSINE_PRODUCT
@@ -77,11 +93,11 @@ impl Interaction {
         if !self.accepts(w_light) || !self.accepts(w_eye) {
             return Rgb::ZERO;
         }
-        if let Bsdf::Phase(_) = self.bsdf {
-            return self.bsdf.eval(&self.frame, w_light, w_eye, component);
+        if self.bsdf.is_medium::<R>() {
+            return self.bsdf.eval::<R>(&self.frame, w_light, w_eye, component);
         }
         let shading = w_light.dot(self.frame.n) / w_light.dot(self.ng);
-        self.bsdf.eval(&self.frame, w_light, w_eye, component) * shading
+        self.bsdf.eval::<R>(&self.frame, w_light, w_eye, component) * shading
     }
 
     /// Density in 1/sr of sampling `w_to` given `w_from`, including the probability of choosing the component. For a Dirac
@@ -91,7 +107,7 @@ impl Interaction {
         if !self.accepts(w_from) || !self.accepts(w_to) {
             return 0.0;
         }
-        self.bsdf.pdf(&self.frame, w_from, w_to, component)
+        self.bsdf.pdf::<R>(&self.frame, w_from, w_to, component)
     }
 
     /// A direction and its component, drawn with [`Self::pdf`] from three numbers in [0, 1). `None` when nothing scatters
@@ -102,7 +118,9 @@ impl Interaction {
         if !self.accepts(w_from) {
             return None;
         }
-        self.bsdf.sample(&self.frame, w_from, u).filter(|(w_to, component)| self.connects(w_from, *w_to, *component))
+        self.bsdf
+            .sample::<R>(&self.frame, w_from, u)
+            .filter(|(w_to, component)| self.connects(w_from, *w_to, *component))
     }
 
     /// The one direction that a Dirac component leads to; `None` under total internal reflection, where the normals
@@ -113,7 +131,9 @@ impl Interaction {
         if !self.accepts(w_from) {
             return None;
         }
-        self.bsdf.dirac_direction(&self.frame, w_from, component).filter(|w_to| self.connects(w_from, *w_to, component))
+        self.bsdf
+            .dirac_direction::<R>(&self.frame, w_from, component)
+            .filter(|w_to| self.connects(w_from, *w_to, component))
     }
 
     /// Whether `w_to` is clear of the surface and, for a Dirac component, on the side that it leads to.
@@ -132,49 +152,49 @@ impl Interaction {
     /// there is none.
     #[inline]
     pub fn dirac_density(&self, w_to: DVec3, component: Component) -> f64 {
-        self.bsdf.dirac_density(&self.frame, w_to, component)
+        self.bsdf.dirac_density::<R>(&self.frame, w_to, component)
     }
 
     /// The probabilities that [`Self::sample`] chooses a Dirac reflection and a Dirac transmission for light from `w_from`, whether or
     /// not there is a direction then. It chooses the rough lobes otherwise.
     #[inline]
     pub fn dirac_probabilities(&self, w_from: DVec3) -> [f64; 2] {
-        if self.accepts(w_from) { self.bsdf.dirac_probabilities(&self.frame, w_from) } else { [0.0; 2] }
+        if self.accepts(w_from) { self.bsdf.dirac_probabilities::<R>(&self.frame, w_from) } else { [0.0; 2] }
     }
 
     /// The share of what is emitted here that leaves along `w`: a coat takes some.
     #[inline]
     pub fn emission_factor(&self, w: DVec3) -> f64 {
-        self.bsdf.emission_factor(&self.frame, w)
+        self.bsdf.emission_factor::<R>(&self.frame, w)
     }
 
     /// Whether any lobe here is not Dirac.
     #[inline]
     pub fn has_rough(&self) -> bool {
-        self.bsdf.has(Component::Rough)
+        self.bsdf.has_in::<R>(Component::Rough)
     }
 
     /// Whether the surface has the Dirac component; never for [`Component::Rough`].
     #[inline]
     pub fn has_dirac(&self, component: Component) -> bool {
-        component != Component::Rough && self.bsdf.has(component)
+        component != Component::Rough && self.bsdf.has_in::<R>(component)
     }
 
     /// Whether the surface bounds a refracting solid, which lies on the side of -`ng`.
     #[inline]
     pub fn medium_below(&self) -> bool {
-        self.bsdf.is_solid()
+        self.bsdf.is_solid::<R>()
     }
 
     /// Whether the scattering is that for one wavelength and would be another for another.
     #[inline]
     pub fn is_dispersive(&self) -> bool {
-        self.bsdf.is_dispersive()
+        self.bsdf.is_dispersive::<R>()
     }
 
     /// Index of refraction on the side of -`ng` relative to the other; 1 unless the surface bounds a solid.
     #[inline]
     pub fn index_below(&self) -> f64 {
-        self.bsdf.index_below()
+        self.bsdf.index_below::<R>()
     }
 }

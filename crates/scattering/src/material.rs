@@ -5,8 +5,8 @@ use ergodic_geometry::{Frame, Surface};
 use glam::DVec4;
 
 use crate::{
-    Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Medium, Parameters, Rgb, Texture, TextureUse,
-    Wavelength, normal_map, wavelength,
+    Bsdf, Extended, Interaction, Lambert, Layered, MaterialLayers, Medium, Parameters, Repertoire, Rgb, Texture,
+    TextureUse, Wavelength, normal_map, wavelength,
 };
 
 /// What alpha, the product of those of base colour factor, texture and mesh, means (glTF 2.0, section 3.9.4).
@@ -242,9 +242,9 @@ impl Material {
 
     /// The scattering at a point of a surface whose normal is the mesh's, by a material's [`Self::constant_bsdf`].
     #[inline]
-    pub fn interaction_of(bsdf: Bsdf, surface: &Surface) -> Interaction {
+    pub fn interaction_of<R: Repertoire>(bsdf: Bsdf, surface: &Surface) -> Interaction<R> {
         let frame = Frame::from_normal(normal_map::keep_above(surface.ns, surface.ng));
-        Interaction { frame, ng: surface.ng, bsdf }
+        Interaction::new(frame, surface.ng, bsdf)
     }
 
     /// The scattering at a point of a surface with this material, with the index of refraction that the file states.
@@ -254,7 +254,12 @@ impl Material {
 
     /// The scattering at a point of a surface with this material, for light of a wavelength.
     #[inline]
-    pub fn interaction_at(&self, textures: &[Texture], surface: &Surface, wavelength: Wavelength) -> Interaction {
+    pub fn interaction_at<R: Repertoire>(
+        &self,
+        textures: &[Texture],
+        surface: &Surface,
+        wavelength: Wavelength,
+    ) -> Interaction<R> {
         let read = |texture: &Option<TextureUse>| texture.map(|texture| texture.at(textures, surface));
         let ns = match read(&self.normal_texture) {
             Some(texel) => normal_map::apply(surface, texel, self.normal_scale),
@@ -266,7 +271,7 @@ impl Material {
         {
             return interaction;
         }
-        Interaction { frame: Frame::from_normal(ns), ng: surface.ng, bsdf: self.bsdf(&base) }
+        Interaction::new(Frame::from_normal(ns), surface.ng, self.bsdf(&base))
     }
 
     /// The surface of core glTF with these parameters.

@@ -3,7 +3,7 @@
 use ergodic_geometry::{Frame, Surface};
 use glam::{DVec2, DVec3, DVec4};
 
-use crate::{Bsdf, Extended, ExtendedParameters, Interaction, Parameters, Rgb, TextureUse, normal_map};
+use crate::{Bsdf, Extended, ExtendedParameters, Interaction, Parameters, Repertoire, Rgb, TextureUse, normal_map};
 
 /// What a material has of KHR_materials_clearcoat, _sheen, _anisotropy, _iridescence and _diffuse_transmission. Defaults are
 /// glTF's: without effect.
@@ -176,13 +176,13 @@ impl MaterialLayers {
 
     /// The scattering at a point whose base has parameters `base` and the shading normal `ns`; `None` if nothing here has
     /// an effect there.
-    pub(crate) fn interaction(
+    pub(crate) fn interaction<R: Repertoire>(
         &self,
         base: &Parameters,
         ns: DVec3,
         surface: &Surface,
         read: &impl Fn(&Option<TextureUse>) -> Option<DVec4>,
-    ) -> Option<Interaction> {
+    ) -> Option<Interaction<R>> {
         let mut effects = self.effects(read);
         if surface.bitangent_sign == 0.0 {
             // There is no direction for it.
@@ -204,7 +204,7 @@ impl MaterialLayers {
             effects.coat_normal = (normal != ns).then(|| frame.to_local(normal));
         }
         let bsdf = Bsdf::Extended(Extended::new(base, &effects));
-        Some(Interaction { frame, ng: surface.ng, bsdf })
+        Some(Interaction::new(frame, surface.ng, bsdf))
     }
 
     /// The direction in which anisotropy makes the surface rougher, in the world.

@@ -70,7 +70,7 @@ fn contributions_stay_bounded_however_near_the_ends_of_a_connection_are() {
 fn neighbours_a_ten_millionth_apart_have_densities() {
     // Light - wall - next wall - eye, two of the vertices on either side of an edge of the room.
     let space = room(Lengths { min_edges: 3, max_edges: 3 });
-    let scene = &*space.scene;
+    let scene = &space.scene;
     let mut rng = stream(5, Purpose::Chain, 1);
     let world = scene.world();
     let (low, high) = world.bounds();

@@ -61,7 +61,7 @@ fn light_into_water_is_the_same_from_either_end() {
 }
 
 /// A room whose walls emit 1 and reflect nothing: through clear solids everything looks as bright as without them.
-fn furnace_with(solids: Vec<Thing>) -> std::sync::Arc<ergodic_pathspace::Scene> {
+fn furnace_with(solids: Vec<Thing>) -> ergodic_pathspace::Scene {
     let mut things = vec![(cuboid(DVec3::splat(3.0), true), diffuse(0.0, 1.0))];
     things.extend(solids);
     let eye = Eye { from: DVec3::new(0.4, -2.0, 0.5), at: DVec3::new(0.1, 0.0, 0.0), up: DVec3::Z, fov: 0.6 };

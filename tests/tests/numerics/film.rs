@@ -85,9 +85,9 @@ fn border_pixels_are_as_bright_as_the_others() {
         let things = vec![(cuboid(DVec3::new(1.0, 1.0, 0.5), true), diffuse(0.5, 1.0))];
         let description = ergodic_tests::description_of(things, Vec::new(), &eye);
         let scene = match filter {
-            FilterSettings::Box => std::sync::Arc::clone(&scene),
+            FilterSettings::Box => scene.clone(),
             FilterSettings::Gaussian { .. } => {
-                std::sync::Arc::new(ergodic_pathspace::Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}")))
+                ergodic_pathspace::Scene::new(description, &view).unwrap_or_else(|e| panic!("{e}"))
             }
         };
         let border = |i: usize| [i % side, i / side].iter().any(|&c| c == 0 || c + 1 == side);

@@ -1,7 +1,6 @@
 //! Lights of every kind and size, together and apart; lights that hardly any path reaches.
 
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 use ergodic_geometry::Mesh;
 use ergodic_pathspace::{Path, Scene, contribution};
@@ -60,7 +59,7 @@ fn light(kind: usize) -> (&'static str, Light) {
     }
 }
 
-fn lit_by(kinds: &[usize]) -> Arc<Scene> {
+fn lit_by(kinds: &[usize]) -> Scene {
     let (mut things, eye) = corner();
     let mut lights = Vec::new();
     for kind in 0..4 {

@@ -5,7 +5,6 @@ use ergodic_pathspace::{Lengths, PathSpace, Roulette, Scene, View};
 use ergodic_scattering::Rgb;
 use ergodic_tests::{Eye, cuboid, description, diffuse, glass, quad, scene_of};
 use glam::DVec3;
-use std::sync::Arc;
 
 use super::{SIDE, check, exactly};
 
@@ -58,7 +57,7 @@ fn weights_sum_to_one_where_the_image_has_a_margin() {
         let scene = description(name);
         let camera = scene.cameras[0].clone();
         let view = View { camera, width: 32, height: 24, margin: 2.5, crop: None };
-        let scene = Arc::new(Scene::new(scene, &view).unwrap_or_else(|e| panic!("{e}")));
+        let scene = Scene::new(scene, &view).unwrap_or_else(|e| panic!("{e}"));
         let space = PathSpace { scene, lengths: Lengths { min_edges: 1, max_edges: 8 } };
         let pairs = ergodic_tests::nightly(20_000, 1_000_000);
         let (checked, estimate, weight) =

@@ -13,7 +13,6 @@ mod table;
 mod units;
 
 use std::ops::RangeInclusive;
-use std::sync::Arc;
 
 use ergodic_pathspace::Scene;
 use ergodic_render::{Method, Picture, RouletteSettings, Settings};
@@ -50,7 +49,7 @@ fn mean_over_columns(picture: &Picture, columns: usize) -> Rgb {
     sum / (columns * picture.height as usize) as f64
 }
 
-fn means(scene: &Arc<Scene>, settings: &Settings) -> Means {
+fn means(scene: &Scene, settings: &Settings) -> Means {
     let width = settings.size.0 as usize;
     estimate(scene, settings, REPLICAS, |picture| [width, width / 2].map(|columns| mean_over_columns(picture, columns)))
         .unwrap_or_else(|e| panic!("{e}"))
@@ -75,7 +74,7 @@ fn assert_agree(what: &str, found: &Means, expected: &Means, relative_error: f64
 /// Every method that is given samples against what is expected.
 fn check(
     what: &str,
-    scene: &Arc<Scene>,
+    scene: &Scene,
     edges: RangeInclusive<usize>,
     samples: [f64; 3],
     expected: &Means,

@@ -51,7 +51,7 @@ struct Seen {
 /// Bidirectional samples and proposals, from the same random numbers in every unit; `ln_unit` is the logarithm of the unit of
 /// the scene's own space.
 fn samples(space: &PathSpace, ln_unit: f64, count: u64) -> Vec<Vec<Seen>> {
-    let scene = &*space.scene;
+    let scene = &space.scene;
     let mut sampler = BidirectionalSampler::new(space.lengths, Roulette::OFF);
     let mut source = PathSource::new(space);
     let (mut path, mut y) = (Path::default(), Path::default());

@@ -1,7 +1,5 @@
 //! Surfaces at their limits: normals that disagree, faces without area, roughness next to none.
 
-use std::sync::Arc;
-
 use ergodic_geometry::Mesh;
 use ergodic_pathspace::{Placement, Scene};
 use ergodic_render::{Method, Picture, RenderError, Unobserved, render};
@@ -139,7 +137,7 @@ fn a_mirrored_scene_gives_the_mirrored_picture() {
 }
 
 /// A metal floor that mirrors a lamp with an edge, seen at a slant.
-fn metal(roughness: f64) -> Arc<Scene> {
+fn metal(roughness: f64) -> Scene {
     let floor = quad(DVec3::new(-2.0, -2.0, 0.0), DVec3::X * 4.0, DVec3::Y * 4.0);
     let lamp = quad(DVec3::new(-0.3, 1.0, 0.2), DVec3::X * 1.1, DVec3::Z * 0.9);
     let eye = Eye { from: DVec3::new(0.0, -1.5, 1.0), at: DVec3::new(0.0, 0.1, 0.0), up: DVec3::Z, fov: 0.7 };

@@ -17,12 +17,27 @@ fn measure() -> Result<serde_json::Value, String> {
         return Err("usage: ergodic-profile SCENE.glb SECONDS; better, run `cargo xtask profile SCENE`".into());
     };
     let seconds: f64 = seconds.parse().map_err(|_| format!("SECONDS is `{seconds}`; it must be a number"))?;
-    let work = work::Work::new(file.as_ref())?;
-    #[cfg(feature = "record")]
-    let report = rays::measure(&work, seconds);
-    #[cfg(not(feature = "record"))]
-    let report = phases::measure(&work, seconds);
-    Ok(report)
+    work::load(file.as_ref())?.within(Measure { seconds }).map_err(|e| format!("{file}: {e}"))
+}
+
+/// Measures in the scene's repertoire, as a render does.
+#[cfg(any(feature = "record", feature = "phases"))]
+struct Measure {
+    seconds: f64,
+}
+
+#[cfg(any(feature = "record", feature = "phases"))]
+impl ergodic_pathspace::Within for Measure {
+    type Output = Result<serde_json::Value, String>;
+
+    fn run<R: ergodic_scattering::Repertoire>(self, scene: &ergodic_pathspace::Scene<R>) -> Self::Output {
+        let work = work::Work::new(scene)?;
+        #[cfg(feature = "record")]
+        let report = rays::measure(&work, self.seconds);
+        #[cfg(not(feature = "record"))]
+        let report = phases::measure(&work, self.seconds);
+        Ok(report)
+    }
 }
 
 #[cfg(not(any(feature = "record", feature = "phases")))]

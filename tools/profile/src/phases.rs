@@ -5,6 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use ergodic_geometry::phase::{self, Phase};
+use ergodic_scattering::Repertoire;
 use serde_json::{Value, json};
 
 use crate::work::{MUTATIONS, Work, median, per_mutation, rounds};
@@ -35,7 +36,7 @@ fn watched(work: impl FnOnce()) -> [u64; Phase::ALL.len()] {
 }
 
 /// Measures for some seconds.
-pub fn measure(work: &Work, seconds: f64) -> Value {
+pub fn measure<R: Repertoire>(work: &Work<R>, seconds: f64) -> Value {
     let rounds = rounds(seconds, || {
         work.round(|mutate| {
             let mut nanoseconds = 0.0;

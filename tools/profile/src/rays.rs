@@ -4,12 +4,13 @@
 use std::hint::black_box;
 
 use ergodic_pathspace::record::{Question, recorded};
+use ergodic_scattering::Repertoire;
 use serde_json::{Value, json};
 
 use crate::work::{MUTATIONS, Work, median, per_mutation, rounds};
 
 /// Measures for some seconds.
-pub fn measure(work: &Work, seconds: f64) -> Value {
+pub fn measure<R: Repertoire>(work: &Work<R>, seconds: f64) -> Value {
     let questions = work.round(|mutate| recorded(mutate));
     let world = work.scene().world();
     let closest = questions.iter().filter(|question| matches!(question, Question::Closest(_))).count();

@@ -1,14 +1,14 @@
 //! What is measured: chains of the default mixture on one scene, in one thread, as a render runs them.
 
 use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
 use ergodic_metropolis::Mixture;
-use ergodic_mutations::AnyMutation;
+use ergodic_mutations::{AnyMutation, InRepertoire};
 use ergodic_pathspace::{Lengths, PathSpace, Roulette, Scene};
 use ergodic_render::{ChainRunner, Film, Ledger, Purpose, Seeding, Seeds, Settings, Unobserved, stream};
+use ergodic_scattering::Repertoire;
 
 /// Width and height of the picture.
 const SIZE: u32 = 256;
@@ -27,43 +27,53 @@ const LEAST_ROUNDS: usize = 3;
 pub const MUTATIONS: u64 = CHAINS as u64 * TURN * TURNS;
 
 /// Chains past their burn-in, ready to make the same round again and again.
-pub struct Work {
-    space: PathSpace,
-    mixture: Mixture<AnyMutation>,
-    chains: Vec<ChainRunner>,
+pub struct Work<R: Repertoire> {
+    space: PathSpace<R>,
+    mixture: Mixture<InRepertoire<AnyMutation, R>>,
+    chains: Vec<ChainRunner<ergodic_pathspace::Path<R>>>,
     ledger: Ledger,
     film: Film,
 }
 
-impl Work {
-    /// Loads a scene and brings the chains under way.
+/// The settings of what is measured.
+fn settings() -> Settings {
+    Settings { size: (SIZE, SIZE), ..Settings::default() }
+}
+
+/// Loads a scene.
+///
+/// # Errors
+///
+/// A scene that cannot be read.
+pub fn load(file: &Path) -> Result<Scene, String> {
+    let asset = ergodic_assets::load(file).map_err(|e| e.to_string())?;
+    let (camera, _) = asset.camera("", 1.0).map_err(|e| format!("{}: {e}", file.display()))?;
+    Scene::new(asset.description, &settings().view(camera)).map_err(|e| format!("{}: {e}", file.display()))
+}
+
+impl<R: Repertoire> Work<R> {
+    /// Brings the chains under way.
     ///
     /// # Errors
     ///
-    /// A scene that cannot be read or has no light that chains could find.
-    pub fn new(file: &Path) -> Result<Self, String> {
-        let settings = Settings { size: (SIZE, SIZE), ..Settings::default() };
-        let asset = ergodic_assets::load(file).map_err(|e| e.to_string())?;
-        let (camera, _) = asset.camera("", 1.0).map_err(|e| format!("{}: {e}", file.display()))?;
-        let scene = Scene::new(asset.description, &settings.view(camera));
-        let scene = Arc::new(scene.map_err(|e| format!("{}: {e}", file.display()))?);
+    /// A scene that has no light that chains could find.
+    pub fn new(scene: &Scene<R>) -> Result<Self, String> {
+        let settings = settings();
         let lengths = Lengths { min_edges: MIN_EDGES, max_edges: settings.max_edges };
         // As a render has it: without what can never apply.
         let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
-        let mixture = Mixture::new(members).map_err(|e| e.to_string())?;
+        let kernels = members.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
+        let mixture = Mixture::new(kernels.collect()).map_err(|e| e.to_string())?;
 
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 500_000 };
-        let seeds = Seeds::draw(&scene, lengths, roulette, &seeding, settings.seed, &Unobserved);
-        let starts = seeds.starts(&scene, CHAINS);
+        let seeds = Seeds::draw(scene, lengths, roulette, &seeding, settings.seed, &Unobserved);
+        let starts = seeds.starts(scene, CHAINS);
         if starts.is_empty() {
-            return Err(format!(
-                "{}: no path of {MIN_EDGES} or more edges carries light; is a light switched on?",
-                file.display()
-            ));
+            return Err(format!("no path of {MIN_EDGES} or more edges carries light; is a light switched on?"));
         }
-        let space = PathSpace { scene, lengths };
+        let space = PathSpace { scene: scene.clone(), lengths };
         let chains = (0u64..)
             .zip(starts)
             .map(|(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index)));
@@ -79,7 +89,7 @@ impl Work {
 
     /// The scene.
     #[cfg(feature = "record")]
-    pub fn scene(&self) -> &Scene {
+    pub fn scene(&self) -> &Scene<R> {
         &self.space.scene
     }
 

@@ -2,7 +2,6 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ergodic_assess::{Exposure, Image, to_srgb8, write_srgb8};
@@ -190,7 +189,7 @@ fn picture(file: &Path, options: &Options) -> Result<(Vec<u8>, usize), String> {
     let warnings = asset.warnings.len();
     let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
     let until = Until(Instant::now() + Duration::from_secs_f64(options.seconds));
-    let rendering = render(&Arc::new(scene), &settings, &until).map_err(|e| e.to_string())?;
+    let rendering = render(&scene, &settings, &until).map_err(|e| e.to_string())?;
     let picture = rendering.picture;
     let pixels = picture.pixels.iter().map(|p| p.to_array()).collect();
     let image = Image { width: picture.width, height: picture.height, pixels };

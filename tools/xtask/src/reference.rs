@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::process::Command;
-use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_assess::{Attribute, Image, Reference};
@@ -83,7 +82,7 @@ fn write_one(plan: &Plan, sky: bool) -> Result<(), String> {
     let (camera, _) = asset.camera("", f64::from(SIZE.0) / f64::from(SIZE.1)).map_err(|e| e.to_string())?;
     let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
     let start = Instant::now();
-    let renderings = render_replicas(&Arc::new(scene), &settings, REPLICAS, &Lines).map_err(|e| e.to_string())?;
+    let renderings = render_replicas(&scene, &settings, REPLICAS, &Lines).map_err(|e| e.to_string())?;
     let seconds = start.elapsed().as_secs_f64();
     let refused: u64 = renderings.iter().map(|r| r.counts.stability.total()).sum();
     let images: Vec<Image> = renderings

@@ -118,7 +118,7 @@ fn with_ending(stem: &Path, ending: &str) -> PathBuf {
 fn measure(
     plan: &Plan,
     entrants: &[plan::Entrant],
-    (scene, settings): (&std::sync::Arc<ergodic_pathspace::Scene>, &Settings),
+    (scene, settings): (&ergodic_pathspace::Scene, &Settings),
     known: &Known,
     (journal, progress): (&Mutex<Journal>, &Progress),
     end: Instant,

@@ -1,7 +1,6 @@
 //! What replicas are compared with: a picture given, or one made for the purpose, and its own error.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use ergodic_assess::{Image, RELATIVE_EPSILON, Reference, read_image};
 use ergodic_pathspace::Scene;
@@ -40,7 +39,7 @@ impl Known {
     /// Reads the reference that the options name, or makes one, or takes the one that an earlier run made.
     pub fn find(
         options: &AccuracyOptions,
-        scene: &Arc<Scene>,
+        scene: &Scene,
         settings: &Settings,
         stem: &Path,
         limit: f64,
@@ -70,7 +69,7 @@ impl Known {
     }
 
     fn made(
-        scene: &Arc<Scene>,
+        scene: &Scene,
         settings: &Settings,
         path: &Path,
         limit: f64,

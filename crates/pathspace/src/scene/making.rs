@@ -52,13 +52,14 @@ pub(super) fn camera(view: &View, to_scene: &DAffine3, scale: f64) -> Camera {
 }
 
 /// A camera's end of a path; of a lens its middle.
-pub(super) fn eye_vertex(camera: &Camera, free_space: Interaction, medium: u32) -> Vertex {
+pub(super) fn eye_vertex(camera: &Camera, medium: u32) -> Vertex {
+    let free_space = Interaction::none();
     let (kind, position, ng) = match camera.optics() {
         Optics::Pinhole => (Kind::Camera, camera.position(), free_space.ng),
         Optics::Lens { .. } => (Kind::Aperture, camera.position(), camera.forward()),
         Optics::Orthographic => (Kind::DistantCamera, DVec3::ZERO, camera.forward()),
     };
-    let (component, interaction) = (Component::Rough, Interaction { ng, ..free_space });
+    let (component, interaction) = (Component::Rough, free_space.with_normal(ng));
     let medium = if kind == Kind::DistantCamera { AIR } else { medium };
     Vertex {
         kind,

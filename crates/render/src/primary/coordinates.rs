@@ -134,12 +134,12 @@ impl<E: Estimator> PrimarySample<E> {
     }
 
     /// Makes this the sample of a point drawn uniformly.
-    pub fn draw(&mut self, scene: &Scene, rng: &mut impl RandomSource) {
+    pub fn draw(&mut self, scene: &Scene<E::Repertoire>, rng: &mut impl RandomSource) {
         self.evaluate(scene, |_| rng.uniform());
     }
 
     /// Makes this the sample of the point whose coordinates `value` gives where they are asked for.
-    pub(crate) fn evaluate(&mut self, scene: &Scene, value: impl FnMut(Index) -> f64) {
+    pub(crate) fn evaluate(&mut self, scene: &Scene<E::Repertoire>, value: impl FnMut(Index) -> f64) {
         let Self { coordinates, estimator, splats, luminance: total } = self;
         coordinates.clear();
         splats.clear();

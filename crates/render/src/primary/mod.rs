@@ -13,7 +13,6 @@ mod multiplexed;
 mod mutation;
 mod pictured;
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_metropolis::Mixture;
@@ -33,7 +32,7 @@ use crate::{Estimator, RenderError, Settings};
 ///
 /// Seeds are samples of the estimator itself, so that b is the mean of just what the chains sample.
 pub(crate) fn render<E: Estimator + Sync>(
-    scene: &Arc<Scene>,
+    scene: &Scene<E::Repertoire>,
     settings: &Settings,
     estimator: &E,
     start: Instant,
@@ -41,7 +40,7 @@ pub(crate) fn render<E: Estimator + Sync>(
 ) -> Result<Rendered, RenderError> {
     let mixture = Mixture::new(settings.primary.mutations())?;
     let names: Vec<&str> = mixture.members().iter().map(|(_, mutation)| mutation.name()).collect();
-    let space = PrimarySpace { scene: Arc::clone(scene) };
+    let space = PrimarySpace { scene: scene.clone() };
     let seeding_start = Instant::now();
     let seeds = Seeds::draw_by(
         || PrimarySample::new(estimator.clone()),

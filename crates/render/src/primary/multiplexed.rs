@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, PathClass, Roulette, Scene};
-use ergodic_scattering::{Component, Rgb, luminance};
+use ergodic_scattering::{Component, Everything, Repertoire, Rgb, luminance};
 use glam::DVec2;
 
 use super::coordinates::CHOICES;
@@ -24,18 +24,18 @@ const FLOOR: f64 = 0.1;
 
 /// Multiplexed sampling.
 #[derive(Clone, Debug)]
-pub struct Multiplexed {
+pub struct Multiplexed<R: Repertoire = Everything> {
     lengths: Lengths,
     /// Probability of each length, from the shortest on.
     shares: Arc<[f64]>,
-    sampler: BidirectionalSampler,
+    sampler: BidirectionalSampler<R>,
     class: PathClass,
 }
 
-impl Multiplexed {
+impl<R: Repertoire> Multiplexed<R> {
     /// Multiplexed sampling of paths of the given lengths, chosen by about as often as they carry light in `scene`. The picture's
     /// expectation does not depend on these shares.
-    pub fn new(scene: &Scene, lengths: Lengths, seed: u64) -> Self {
+    pub fn new(scene: &Scene<R>, lengths: Lengths, seed: u64) -> Self {
         let count = (lengths.max_edges + 1).saturating_sub(lengths.min_edges);
         let mut sampler = BidirectionalSampler::new(lengths, Roulette::OFF);
         let mut sums = vec![0.0; count];
@@ -66,8 +66,10 @@ impl Multiplexed {
     }
 }
 
-impl Estimator for Multiplexed {
-    fn sample(&mut self, scene: &Scene, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
+impl<R: Repertoire> Estimator for Multiplexed<R> {
+    type Repertoire = R;
+
+    fn sample(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource, mut splat: impl FnMut(DVec2, Rgb)) {
         rng.enter(CHOICES, 0);
         let (k, share) = self.length(rng.uniform());
         rng.enter(CHOICES, 1);

@@ -2,20 +2,20 @@
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
-use std::sync::Arc;
 
 use ergodic_metropolis::unit_cube::SmallStep;
 use ergodic_metropolis::{Density, Mutation, RandomSource, Target};
 use ergodic_pathspace::Scene;
+use ergodic_scattering::{Everything, Repertoire};
 
 use super::coordinates::{Coordinates, PrimarySample};
 use crate::Estimator;
 
 /// What a chain of primary samples lives in.
 #[derive(Clone, Debug)]
-pub struct PrimarySpace {
+pub struct PrimarySpace<R: Repertoire = Everything> {
     /// The scene.
-    pub scene: Arc<Scene>,
+    pub scene: Scene<R>,
 }
 
 /// A mutation of a primary sample (Kelemen et al. 2002, section 5).
@@ -61,19 +61,19 @@ impl<E> PrimaryMutation<E> {
 }
 
 impl<E: Estimator> Mutation for PrimaryMutation<E> {
-    type Space = PrimarySpace;
+    type Space = PrimarySpace<E::Repertoire>;
     type State = PrimarySample<E>;
     type Plan = ();
     type Failure = Infallible;
 
     fn propose(
         &self,
-        space: &PrimarySpace,
+        space: &Self::Space,
         x: &PrimarySample<E>,
         y: &mut PrimarySample<E>,
         rng: &mut impl RandomSource,
     ) -> Result<(), Infallible> {
-        let scene = &*space.scene;
+        let scene = &space.scene;
         match *self {
             Self::Large => y.draw(scene, rng),
             Self::Small(step, _) => y.evaluate(scene, |index| match x.coordinates.get(index) {
@@ -85,11 +85,11 @@ impl<E: Estimator> Mutation for PrimaryMutation<E> {
         Ok(())
     }
 
-    fn ln_density(&self, space: &PrimarySpace, from: &PrimarySample<E>, to: &PrimarySample<E>, plan: ()) -> f64 {
+    fn ln_density(&self, space: &Self::Space, from: &PrimarySample<E>, to: &PrimarySample<E>, plan: ()) -> f64 {
         self.density(space, from, to, plan).ln()
     }
 
-    fn density(&self, _: &PrimarySpace, from: &PrimarySample<E>, to: &PrimarySample<E>, _: ()) -> Density {
+    fn density(&self, _: &Self::Space, from: &PrimarySample<E>, to: &PrimarySample<E>, _: ()) -> Density {
         self.density_of(&from.coordinates, &to.coordinates)
     }
 }

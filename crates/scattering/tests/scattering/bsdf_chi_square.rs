@@ -261,7 +261,8 @@ fn a_forgotten_axis_of_the_anisotropy_is_caught() {
     let from = inclined(0.7, 0.4);
     // As if the surface were turned by a quarter.
     assert_caught(Kind::Brushed, 0.1, from, &|at, w| {
-        let turned = Interaction { frame: Frame { t: at.frame.b, b: -at.frame.t, n: at.frame.n }, ..*at };
+        let turned: Interaction =
+            Interaction::new(Frame { t: at.frame.b, b: -at.frame.t, n: at.frame.n }, at.ng, at.bsdf);
         turned.pdf(from, w, Component::Rough)
     });
 }

@@ -1,7 +1,5 @@
 //! Chains run by hand, so that what they leave on the film can be chosen.
 
-use std::sync::Arc;
-
 use ergodic_metropolis::{Chain, Mixture, RandomSource, Step};
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, LuminanceTarget, Measured, Path, PathSpace, Roulette};
@@ -48,7 +46,7 @@ impl Chains {
         let settings = &work.settings;
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let mixture = Mixture::new(settings.mlt.mutations_for(work.scene.effects())).map_err(|e| e.to_string())?;
-        let space = PathSpace { scene: Arc::clone(&work.scene), lengths: settings.lengths() };
+        let space = PathSpace { scene: work.scene.clone(), lengths: settings.lengths() };
         Ok(Self { space, mixture, roulette, size: settings.size })
     }
 
@@ -64,7 +62,8 @@ impl Chains {
             Starts::Resampled => seeds.starts(&self.space.scene, count),
             Starts::Naive => self.first_found(seed, count),
         };
-        let chain = |(index, path)| (Chain::new(path, &LuminanceTarget), stream(seed, Purpose::Chain, index));
+        let chain =
+            |(index, path)| (Chain::new(path, &LuminanceTarget::default()), stream(seed, Purpose::Chain, index));
         Ready { chains: (0..).zip(paths).map(chain).collect(), b: seeds.b }
     }
 
@@ -119,7 +118,7 @@ impl Chains {
         // Weight that the current path has gathered and not yet left on the film.
         let mut pending = 0.0;
         for _ in 0..steps {
-            match chain.step(&LuminanceTarget, &self.mixture, &self.space, rng) {
+            match chain.step(&LuminanceTarget::default(), &self.mixture, &self.space, rng) {
                 Step::Tried { acceptance, accepted, .. } => {
                     let other = *chain.other().1;
                     pending += 1.0 - acceptance;
@@ -146,7 +145,9 @@ impl Chains {
     ) {
         let mut visits = 0.0;
         for _ in 0..steps {
-            if let Step::Tried { accepted: true, .. } = chain.step(&LuminanceTarget, &self.mixture, &self.space, rng) {
+            if let Step::Tried { accepted: true, .. } =
+                chain.step(&LuminanceTarget::default(), &self.mixture, &self.space, rng)
+            {
                 leave(chain.other().1, visits, splats, film);
                 visits = 0.0;
             }

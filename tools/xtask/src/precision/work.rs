@@ -1,7 +1,5 @@
 //! Timing in turns, random inputs, and scenes.
 
-use std::sync::Arc;
-
 use cpu_time::ThreadTime;
 use ergodic_assess::accuracy::{Interval, resampled};
 use ergodic_assess::{RELATIVE_EPSILON, Reference};
@@ -79,7 +77,7 @@ impl Inputs {
 /// A scene with its reference.
 #[derive(Debug)]
 pub struct Work {
-    pub scene: Arc<Scene>,
+    pub scene: Scene,
     pub reference: Reference,
     /// Settings of the reference's size, on one thread.
     pub settings: Settings,
@@ -96,7 +94,7 @@ impl Work {
             ergodic_assets::load(&crate::scenes_folder().join(name).join("scene.glb")).map_err(|e| e.to_string())?;
         let (camera, _) = asset.camera("", f64::from(size.0) / f64::from(size.1)).map_err(|e| e.to_string())?;
         let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
-        Ok(Self { scene: Arc::new(scene), reference, settings })
+        Ok(Self { scene: scene, reference, settings })
     }
 
     /// The relMSE that the reference's own error makes.

@@ -35,7 +35,7 @@ fn a_material_that_nothing_has_calls_for_nothing() {
     assert!(!found.has_specular() && !found.has(Effect::Absorption), "{found:?}");
 }
 
-fn scene(name: &str, forced: &Forced) -> Scene {
+pub(crate) fn scene(name: &str, forced: &Forced) -> Scene {
     let mut description = description(name);
     let camera = description.cameras[0].clone();
     let mut view = Settings { size: (32, 32), ..Settings::default() }.view(camera);

@@ -14,5 +14,6 @@ mod mutation_laws;
 mod numerics;
 mod primary_laws;
 mod rendering;
+mod repertoires;
 mod strategies;
 mod volume_laws;

@@ -11,7 +11,6 @@ mod within;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::marker::PhantomData;
 use std::sync::Arc;
 
 use ergodic_geometry::phase::{self, Phase};
@@ -78,16 +77,10 @@ pub struct View {
 ///
 /// Its type says what code that takes it is compiled for. A scene is made for [`Everything`]; [`Scene::within`] renders it by code
 /// that has what it needs and no more.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene<R: Repertoire = Everything> {
     pub(crate) parts: Arc<Parts>,
-    repertoire: PhantomData<R>,
-}
-
-impl<R: Repertoire> Clone for Scene<R> {
-    fn clone(&self) -> Self {
-        Self { parts: Arc::clone(&self.parts), repertoire: PhantomData }
-    }
+    camera: Camera<R>,
 }
 
 /// What a scene consists of.
@@ -109,7 +102,6 @@ pub(crate) struct Parts {
     lights: Lights,
     /// Boxed, so that scenes without one keep what they read close together.
     environment: Option<Box<Environment>>,
-    camera: Camera,
     /// Radius of a ball about [`Self::centre`] that holds all surfaces, and all else where there is a medium outside solids, which
     /// it bounds.
     pub(crate) radius: f64,
@@ -247,14 +239,13 @@ impl Scene {
             first_emitter,
             lights,
             environment,
-            camera,
             radius,
             scale,
             media,
             eye,
             light_media,
         };
-        Ok(Self { parts: Arc::new(parts), repertoire: PhantomData })
+        Ok(Self { parts: Arc::new(parts), camera })
     }
 }
 
@@ -271,8 +262,8 @@ impl<R: Repertoire> Scene<R> {
 
     /// The camera.
     #[inline]
-    pub fn camera(&self) -> &Camera {
-        &self.parts.camera
+    pub fn camera(&self) -> &Camera<R> {
+        &self.camera
     }
 
     /// Materials, by [`Vertex`]'s own index.

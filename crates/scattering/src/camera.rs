@@ -11,16 +11,18 @@
 //!
 //! W_e is scaled so that a uniform environment of radiance 1 has mean 1, whatever the aperture.
 
+use std::marker::PhantomData;
+
 use glam::{DAffine3, DVec2, DVec3};
 
-use crate::Lens;
+use crate::{Everything, Lens, Repertoire};
 
 /// A camera.
 ///
 /// Raster coordinates are pixels: (0, 0) is the image's top left corner, x goes right and y down. The raster *domain* is
 /// the image enlarged by a margin on every side, for filters that reach over the border.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Camera {
+pub struct Camera<R: Repertoire = Everything> {
     /// The pinhole, the middle of the lens, or the middle of the orthographic film, before it is cropped.
     position: DVec3,
     right: DVec3,
@@ -38,6 +40,7 @@ pub struct Camera {
     middle: DVec2,
     margin: f64,
     optics: Optics,
+    repertoire: PhantomData<R>,
 }
 
 /// How a camera gathers light.
@@ -100,6 +103,7 @@ impl Camera {
             middle: DVec2::ZERO,
             margin,
             optics: Optics::Pinhole,
+            repertoire: PhantomData,
         };
         camera.of_extent(size, extent)
     }
@@ -125,6 +129,16 @@ impl Camera {
         Self { middle, ..self }.of_extent(size, extent)
     }
 
+    /// The same camera in another repertoire, which must have its kind.
+    #[must_use]
+    pub fn within<R: Repertoire>(self) -> Camera<R> {
+        let Self { position, right, up, forward, size, extent, density, on_axis, middle, margin, optics, .. } = self;
+        let repertoire = PhantomData;
+        Camera { position, right, up, forward, size, extent, density, on_axis, middle, margin, optics, repertoire }
+    }
+}
+
+impl<R: Repertoire> Camera<R> {
     /// The pinhole, or the middle of the lens or of the film.
     #[inline]
     pub fn position(&self) -> DVec3 {
@@ -133,7 +147,7 @@ impl Camera {
 
     /// Four points whose hull holds all points that lines of sight start at: of the lens, or of the film with its margin.
     pub fn reach(&self) -> [DVec3; 4] {
-        let (middle, half) = match &self.optics {
+        let (middle, half) = match self.optics() {
             Optics::Pinhole => (DVec2::ZERO, DVec2::ZERO),
             Optics::Lens { lens, .. } => (DVec2::ZERO, DVec2::splat(lens.radius)),
             Optics::Orthographic => (self.middle, self.extent * (0.5 + self.margin / self.size)),
@@ -153,7 +167,7 @@ impl Camera {
     /// How it gathers light.
     #[inline]
     pub fn optics(&self) -> &Optics {
-        &self.optics
+        if R::OTHER_CAMERAS { &self.optics } else { &Optics::Pinhole }
     }
 
     /// Width and height of the image in pixels.
@@ -177,7 +191,7 @@ impl Camera {
     /// What a pixel in the middle of the image spans vertically at a distance from the camera, to first order.
     #[inline]
     pub fn length_per_pixel(&self, distance: f64) -> f64 {
-        match self.optics {
+        match *self.optics() {
             Optics::Pinhole | Optics::Lens { .. } => self.extent.y / self.size.y * distance,
             Optics::Orthographic => self.extent.y / self.size.y,
         }
@@ -200,7 +214,7 @@ impl Camera {
     /// given.
     #[inline]
     pub fn sample_aperture(&self, u: [f64; 2]) -> Option<DVec3> {
-        let Optics::Lens { lens, .. } = &self.optics else { return None };
+        let Optics::Lens { lens, .. } = self.optics() else { return None };
         let offset = lens.sample(u);
         Some(self.position + self.right * offset.x + self.up * offset.y)
     }
@@ -208,7 +222,7 @@ impl Camera {
     /// Density per area of a point of the aperture; 1, the Dirac divided out, if there is none.
     #[inline]
     pub fn pdf_aperture(&self) -> f64 {
-        match self.optics {
+        match *self.optics() {
             Optics::Lens { area, .. } => 1.0 / area,
             Optics::Pinhole | Optics::Orthographic => 1.0,
         }
@@ -217,7 +231,7 @@ impl Camera {
     /// Whether the camera's vertex can be sampled.
     #[inline]
     pub fn has_aperture(&self) -> bool {
-        matches!(self.optics, Optics::Lens { .. })
+        matches!(self.optics(), Optics::Lens { .. })
     }
 
     /// Where `eye`, a point of the lens, sees what a ray through the middle of the lens sees at the origin of the plane at unit
@@ -240,7 +254,7 @@ impl Camera {
     pub fn sight(&self, eye: DVec3, raster: DVec2) -> Sight {
         let plane = self.plane(raster);
         let towards = |plane: DVec2| (self.right * plane.x - self.up * plane.y + self.forward).normalize();
-        let (origin, direction) = match &self.optics {
+        let (origin, direction) = match self.optics() {
             Optics::Pinhole => (eye, towards(plane)),
             Optics::Lens { lens, .. } => (eye, towards(plane - self.parallax(lens, eye))),
             Optics::Orthographic => (self.position + self.right * plane.x - self.up * plane.y, self.forward),
@@ -257,7 +271,7 @@ impl Camera {
     /// The raster position at which a point is seen; `None` behind the camera or outside the raster domain.
     #[inline]
     pub fn raster(&self, sight: &Sight) -> Option<DVec2> {
-        let plane = match &self.optics {
+        let plane = match self.optics() {
             Optics::Pinhole => self.perspective(sight.direction)?,
             Optics::Lens { lens, .. } => self.perspective(sight.direction)? + self.parallax(lens, sight.eye),
             Optics::Orthographic => {
@@ -294,7 +308,7 @@ impl Camera {
     pub fn seen(&self, sight: &Sight) -> Option<(DVec2, f64)> {
         let raster = self.raster(sight)?;
         let cos = sight.direction.dot(self.forward);
-        let responsivity = match self.optics {
+        let responsivity = match *self.optics() {
             Optics::Pinhole => self.on_axis / (cos * cos * cos),
             Optics::Lens { area, .. } => self.on_axis / (cos * cos * cos) / (area * cos),
             Optics::Orthographic => self.on_axis,
@@ -312,7 +326,7 @@ impl Camera {
     /// the lens. `None` without an aperture.
     #[inline]
     pub fn aperture_factor(&self, direction: DVec3) -> Option<f64> {
-        match self.optics {
+        match *self.optics() {
             Optics::Lens { area, .. } => Some(area * direction.dot(self.forward)),
             Optics::Pinhole | Optics::Orthographic => None,
         }

@@ -13,9 +13,8 @@ impl<R: Repertoire> Scene<R> {
     #[inline]
     pub fn sample_eye(&self, rng: &mut impl RandomSource) -> Vertex<R> {
         let mut vertex = self.camera_vertex();
-        if R::OTHER_CAMERAS
-            && self.parts.camera.has_aperture()
-            && let Some(position) = self.parts.camera.sample_aperture([rng.uniform(), rng.uniform()])
+        if self.camera.has_aperture()
+            && let Some(position) = self.camera.sample_aperture([rng.uniform(), rng.uniform()])
         {
             vertex.position = position;
             if self.has_media() {
@@ -28,11 +27,7 @@ impl<R: Repertoire> Scene<R> {
     /// Area density of the camera's end of a path on its lens; 1, the Dirac divided out, without a lens; 0 for other vertices.
     #[inline]
     pub fn eye_pdf_area(&self, vertex: &Vertex<R>) -> f64 {
-        match vertex.is_eye() {
-            true if R::OTHER_CAMERAS => self.parts.camera.pdf_aperture(),
-            true => 1.0,
-            false => 0.0,
-        }
+        if vertex.is_eye() { self.camera.pdf_aperture() } else { 0.0 }
     }
 
     /// The vertex from which a line of sight of an orthographic camera starts: on its film. `None` for other cameras, whose own vertex
@@ -84,7 +79,7 @@ impl<R: Repertoire> Scene<R> {
 
     /// The point of an orthographic film that sees a vertex.
     pub(super) fn film_point(&self, vertex: &Vertex<R>) -> DVec3 {
-        vertex.position - self.parts.camera.forward() * self.parts.camera.depth(vertex.position)
+        vertex.position - self.camera.forward() * self.camera.depth(vertex.position)
     }
 
     /// Whether an orthographic camera sees a vertex that lies before its film.

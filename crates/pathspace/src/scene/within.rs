@@ -46,7 +46,7 @@ impl Parts {
 
 impl Scene {
     fn of<R: Repertoire>(&self) -> Scene<R> {
-        Scene { parts: Arc::clone(&self.parts), repertoire: PhantomData }
+        Scene { parts: Arc::clone(&self.parts), camera: self.camera.within() }
     }
 
     /// Does `work` by the smallest code that has all that the scene calls for.

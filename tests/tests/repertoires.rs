@@ -68,7 +68,7 @@ fn every_repertoire_gives_the_bits_of_everything() {
         [("cornell", "matte"), ("glass", "core"), ("ajar", "core"), ("pool", "core"), ("ring", "core")]
     {
         let scene = scene(name, &Forced::default());
-        assert_eq!(scene.repertoire(), repertoire, "{name}");
+        assert_eq!(scene.repertoire().name(), repertoire, "{name}");
         let bits = scene.within(Bits { seed: 1 });
         assert!(bits.len() > 10_000, "{name}: nothing was compared");
         assert!(bits == Bits { seed: 1 }.run::<Everything>(&scene), "{name}: not the same bits");
@@ -88,8 +88,8 @@ fn a_scene_is_rendered_by_code_that_has_all_its_effects() {
             GlossyReflection | MirrorReflection | RoughTransmission | ClearTransmission | Absorption => "core",
             _ => "everything",
         };
-        assert_eq!(scene("cornell", &forced).repertoire(), expected, "{effect:?}");
+        assert_eq!(scene("cornell", &forced).repertoire().name(), expected, "{effect:?}");
     }
     let all = Forced { on: Effect::ALL.to_vec(), off: Vec::new() };
-    assert_eq!(scene("glass", &all).repertoire(), "everything");
+    assert_eq!(scene("glass", &all).repertoire().name(), "everything");
 }

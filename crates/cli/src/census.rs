@@ -1,7 +1,7 @@
 //! What the census found, and what follows, in words.
 
 use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{Census, Effect, Finding, Plan, SceneDescription};
+use ergodic_pathspace::{Census, Compiled, Effect, Finding, Plan, SceneDescription};
 use serde::{Deserialize, Serialize};
 
 use crate::table;
@@ -20,13 +20,16 @@ pub struct PlanStats {
     forced_on: Vec<String>,
     /// Forced off though the scene has them.
     forced_off: Vec<String>,
+    /// The repertoire whose code rendered the scene.
+    #[serde(default)]
+    repertoire: String,
     /// Mutations of the mixture that could apply to no path, and were left out.
     mutations_left_out: Vec<String>,
 }
 
 impl PlanStats {
     /// The plan, with the mutations of a mixture.
-    pub fn new(plan: &Plan, mutations: &[(f64, AnyMutation)]) -> Self {
+    pub fn new(plan: &Plan, repertoire: Compiled, mutations: &[(f64, AnyMutation)]) -> Self {
         let names = |effects: ergodic_pathspace::Effects| effects.iter().map(|effect| effect.name().into()).collect();
         let idle = |(_, mutation): &&(f64, AnyMutation)| mutation.never_applies(plan.on).is_some();
         Self {
@@ -34,6 +37,7 @@ impl PlanStats {
             off: names(ergodic_pathspace::Effects::all().without(plan.on).without(plan.found)),
             forced_on: names(plan.idle()),
             forced_off: names(plan.missing()),
+            repertoire: repertoire.name().into(),
             mutations_left_out: mutations.iter().filter(idle).map(|(_, mutation)| mutation.name().into()).collect(),
         }
     }
@@ -119,6 +123,8 @@ pub fn lines(description: &SceneDescription, mutations: &[(f64, AnyMutation)]) -
     lines.push(String::new());
     lines.push("Effects that it does not have, and does not pay for:".into());
     lines.extend(indented(table::lines(&["effect", "what is saved"], &rows(false))));
+    let repertoire = Compiled::smallest(found, &description.materials);
+    lines.push(format!("Rendered by the code for `{}`: {}.", repertoire.name(), repertoire.about()));
     for (_, mutation) in mutations {
         if let Some(reason) = mutation.never_applies(found) {
             lines.push(format!("{} never applies: {reason}; its weight goes to the others", mutation.name()));

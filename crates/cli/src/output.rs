@@ -81,7 +81,7 @@ pub fn image(picture: &Picture) -> Image {
 /// What the EXR says of itself.
 fn attributes(source: &Source, settings: &Settings, rendering: &Rendering) -> Vec<(&'static str, Attribute)> {
     let text = |text: &str| Attribute::Text(text.into());
-    let plan = PlanStats::new(&source.plan, &settings.mlt.mutations);
+    let plan = PlanStats::new(&source.plan, source.scene.repertoire(), &settings.mlt.mutations);
     let plan = serde_json::to_string(&plan).unwrap_or_default();
     let mut list = vec![
         ("ergodic.version", text(env!("CARGO_PKG_VERSION"))),

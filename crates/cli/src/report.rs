@@ -181,7 +181,7 @@ impl Stats {
             wall_seconds: rendering.seconds,
             threads: rendering.threads,
             instructions: rendering.instructions.into(),
-            effects: PlanStats::new(&source.plan, &settings.mlt.mutations),
+            effects: PlanStats::new(&source.plan, source.scene.repertoire(), &settings.mlt.mutations),
             census: source.census.clone(),
             warnings: source.warnings.clone(),
             notes: source.notes.clone(),

@@ -124,7 +124,7 @@ pub fn open(settings: &Settings, say: &dyn Fn(&str)) -> Result<Source, CliError>
         warnings.push(warning);
     }
     let scene = Scene::new(description, &view).map_err(|e| CliError::Said(format!("{file}: {e}")))?;
-    Ok(Source { scene: scene, name, plan, census, warnings, notes })
+    Ok(Source { scene, name, plan, census, warnings, notes })
 }
 
 /// Where to write if nothing else was asked for: the name of the scene, or of its folder where that says more.

@@ -143,7 +143,6 @@ pub fn run(options: &VerifyOptions) -> Result<bool, CliError> {
         let (camera, _) = asset.camera("", f64::from(width) / f64::from(height))?;
         let view = Settings { size: (width, height), ..Settings::default() }.view(camera);
         let scene = Scene::new(asset.description, &view).map_err(|e| CliError::Said(format!("{name}: {e}")))?;
-        let scene = scene;
         for case in cases.iter().filter(|case| case.applies(&scene)) {
             let start = std::time::Instant::now();
             let look = |looks: usize| -> Result<ReplicaTest, CliError> {

@@ -29,7 +29,7 @@ pub use description::{CameraDescription, Placement, Projection, SceneDescription
 pub use edge::Edge;
 pub use error::SceneError;
 pub use path::{Path, PathClass};
-pub use scene::{Scene, View, Within, rays_traced};
+pub use scene::{Compiled, Scene, View, Within, rays_traced};
 pub use space::{LuminanceTarget, Measured, PathSpace};
 pub use subpath::{End, Roulette, Subpath};
 pub use vertex::{Kind, Vertex};

@@ -32,7 +32,7 @@ use crate::{
     SceneError, Vertex,
 };
 
-pub use within::Within;
+pub use within::{Compiled, Within};
 
 use making::{ball_around, camera, draw_solids_in, eye_vertex, position_of, scaled_light, triangle_power};
 
@@ -88,6 +88,7 @@ pub struct Scene<R: Repertoire = Everything> {
 pub(crate) struct Parts {
     pub(crate) world: World,
     effects: Effects,
+    repertoire: Compiled,
     materials: Vec<Material>,
     /// Of each material, its scattering if that is the same everywhere.
     constant: Vec<Option<Bsdf>>,
@@ -221,6 +222,7 @@ impl Scene {
             return Err(SceneError::NoLight);
         }
 
+        let repertoire = Compiled::smallest(effects, &materials);
         let media = Media::new(&world, &materials, &material_of_instance, air, ready_for);
         let made_once = !(ready_for.has(Effect::Textures) || ready_for.has(Effect::VertexColors));
         let constant = materials.iter().map(|material| material.constant_bsdf().filter(|_| made_once)).collect();
@@ -230,6 +232,7 @@ impl Scene {
         let parts = Parts {
             world,
             effects,
+            repertoire,
             constant,
             materials,
             textures,

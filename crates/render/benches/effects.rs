@@ -9,11 +9,12 @@ use std::path::{Path, PathBuf};
 
 use cpu_time::ThreadTime;
 use ergodic_metropolis::Mixture;
-use ergodic_mutations::AnyMutation;
-use ergodic_pathspace::{Effect, Forced, Lengths, PathSpace, Roulette, Scene};
+use ergodic_mutations::InRepertoire;
+use ergodic_pathspace::{Effect, Forced, Lengths, PathSpace, Roulette, Scene, Within};
 use ergodic_render::{
     Budget, ChainRunner, Film, Ledger, Purpose, Seeding, Seeds, Settings, Unobserved, render_replicas, stream,
 };
+use ergodic_scattering::Repertoire;
 
 /// Chains, mutations of a turn, turns of a round, rounds.
 const CHAINS: usize = 64;
@@ -56,43 +57,38 @@ fn scene(file: &Path, settings: &Settings, on: &[Effect]) -> Scene {
     Scene::new(description, &view).expect("a stored scene is sound")
 }
 
-/// Chains on their way.
-struct Work {
-    space: PathSpace,
-    mixture: Mixture<AnyMutation>,
-    chains: Vec<ChainRunner>,
-    ledger: Ledger,
-    film: Film,
-}
+/// Makes chains on their way, by the code that a render of the scene runs: a function that makes a round and gives the nanoseconds of
+/// a mutation in it.
+struct Rounds<'a>(&'a Settings);
 
-impl Work {
-    fn new(scene: &Scene, settings: &Settings) -> Self {
+impl Within for Rounds<'_> {
+    type Output = Box<dyn FnMut() -> f64>;
+
+    fn run<R: Repertoire>(self, scene: &Scene<R>) -> Self::Output {
+        let settings = self.0;
         let lengths = Lengths { min_edges: 3, max_edges: settings.max_edges };
         let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
+        let kernels = members.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
+        let mixture = Mixture::new(kernels.collect()).expect("the default mixture is sound");
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 100_000 };
         let seeds = Seeds::draw(scene, lengths, roulette, &seeding, settings.seed, &Unobserved);
         let chain = |(index, path)| ChainRunner::new(index, path, stream(settings.seed, Purpose::Chain, index));
-        Self {
-            space: PathSpace { scene: scene.clone(), lengths },
-            mixture: Mixture::new(members).expect("the default mixture is sound"),
-            chains: (0..).zip(seeds.starts(scene, CHAINS)).map(chain).collect(),
-            ledger: Ledger::new(settings, &names),
-            film: Film::new(settings.size.0, settings.size.1, settings.filter.filter()),
-        }
-    }
-
-    /// Nanoseconds of a mutation in one round.
-    fn round(&mut self) -> f64 {
-        let start = ThreadTime::now();
-        for _ in 0..TURNS {
-            for chain in &mut self.chains {
-                self.ledger.make_room(TURN, &mut self.film);
-                chain.run(TURN, &self.mixture, &self.space, &mut self.ledger);
+        let mut chains: Vec<_> = (0..).zip(seeds.starts(scene, CHAINS)).map(chain).collect();
+        let space = PathSpace { scene: scene.clone(), lengths };
+        let mut ledger = Ledger::new(settings, &names);
+        let mut film = Film::new(settings.size.0, settings.size.1, settings.filter.filter());
+        Box::new(move || {
+            let start = ThreadTime::now();
+            for _ in 0..TURNS {
+                for chain in &mut chains {
+                    ledger.make_room(TURN, &mut film);
+                    chain.run(TURN, &mixture, &space, &mut ledger);
+                }
             }
-        }
-        start.elapsed().as_nanos() as f64 / (TURNS * TURN * CHAINS as u64) as f64
+            start.elapsed().as_nanos() as f64 / (TURNS * TURN * CHAINS as u64) as f64
+        })
     }
 }
 
@@ -120,8 +116,10 @@ fn main() {
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
-    println!("| scene | effects | census plan, ns | all forced on, ns | ratio | the picture's mean changes by |");
-    println!("|---|---|---|---|---|---|");
+    println!(
+        "| scene | effects | repertoire | census plan, ns | all forced on, ns | ratio | the picture's mean changes by |"
+    );
+    println!("|---|---|---|---|---|---|---|");
     let mut alone = Vec::new();
     for (name, file) in scenes() {
         let settings = settings();
@@ -133,15 +131,15 @@ fn main() {
             .filter(|effect| !has.has(**effect))
             .map(|effect| (*effect, scene(&file, &settings, &[*effect])))
             .collect();
-        let mut work: Vec<Work> = [&plain, &full]
+        let mut work: Vec<_> = [&plain, &full]
             .into_iter()
             .chain(others.iter().map(|(_, scene)| scene))
-            .map(|scene| Work::new(scene, &settings))
+            .map(|scene| scene.within(Rounds(&settings)))
             .collect();
         let mut times = vec![Vec::new(); work.len()];
         for round in 0..=ROUNDS {
             for (work, times) in work.iter_mut().zip(&mut times) {
-                let time = work.round();
+                let time = work();
                 // The first round warms the caches.
                 if round > 0 {
                     times.push(time);
@@ -151,9 +149,10 @@ fn main() {
         let times: Vec<f64> = times.into_iter().map(median).collect();
         let ((a, ea), (b, eb)) = (picture(&plain), picture(&full));
         println!(
-            "| {name} | {} of {} | {:.0} | {:.0} | {:.3} | {:+.2} % +- {:.2} % |",
+            "| {name} | {} of {} | {} | {:.0} | {:.0} | {:.3} | {:+.2} % +- {:.2} % |",
             has.iter().count(),
             Effect::ALL.len(),
+            plain.repertoire().name(),
             times[0],
             times[1],
             times[1] / times[0],

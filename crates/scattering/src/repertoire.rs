@@ -11,6 +11,8 @@ use std::fmt::Debug;
 pub trait Repertoire: Copy + Debug + Default + PartialEq + Send + Sync + 'static {
     /// What it is called in reports.
     const NAME: &'static str;
+    /// What it has, in words.
+    const ABOUT: &'static str;
     /// Surfaces with lobes beside Lambert's.
     const LOBES: bool;
     /// Surfaces with coats, sheen and other layers.
@@ -45,6 +47,7 @@ pub struct Matte;
 
 impl Repertoire for Everything {
     const NAME: &'static str = "everything";
+    const ABOUT: &'static str = "all effects";
     const LOBES: bool = true;
     const LAYERS: bool = true;
     const TEXTURES: bool = true;
@@ -58,6 +61,8 @@ impl Repertoire for Everything {
 
 impl Repertoire for Core {
     const NAME: &'static str = "core";
+    const ABOUT: &'static str =
+        "core glTF's surfaces and absorbing solids, without textures, lit by emitting surfaces, seen through a pinhole";
     const LOBES: bool = true;
     const LAYERS: bool = false;
     const TEXTURES: bool = false;
@@ -71,6 +76,7 @@ impl Repertoire for Core {
 
 impl Repertoire for Matte {
     const NAME: &'static str = "matte";
+    const ABOUT: &'static str = "Lambertian surfaces, lit by emitting surfaces, seen through a pinhole";
     const LOBES: bool = false;
     const LAYERS: bool = false;
     const TEXTURES: bool = false;

@@ -11,11 +11,22 @@ pub trait Within {
     fn run<R: Repertoire>(self, scene: &Scene<R>) -> Self::Output;
 }
 
+/// The repertoires that code is compiled for, from the smallest on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Compiled {
+    /// [`Matte`].
+    Matte,
+    /// [`Core`].
+    Core,
+    /// [`Everything`].
+    Everything,
+}
+
 /// The effects that code of a repertoire renders. One that is not listed here is rendered by [`Everything`] alone.
 fn rendered_by<R: Repertoire>() -> Effects {
     use Effect::*;
     let groups: [(bool, &[Effect]); 10] = [
-        // What they cost is not known to the code that has a repertoire.
+        // Code that has a repertoire is the same with and without them.
         (true, &[EmittingSurfaces, Instances]),
         (R::LOBES, &[GlossyReflection, MirrorReflection, RoughTransmission, ClearTransmission]),
         (R::LAYERS, &[Layers, DiffuseTransmission]),
@@ -30,17 +41,46 @@ fn rendered_by<R: Repertoire>() -> Effects {
     groups.iter().filter(|(has, _)| *has).flat_map(|(_, effects)| effects.iter().copied()).collect()
 }
 
-impl Parts {
-    /// Whether code of a repertoire renders this scene: it has no effect, forced on or not, and no surface that the repertoire lacks.
-    fn fits<R: Repertoire>(&self) -> bool {
-        let is_there = |bsdf: &Option<Bsdf>| match bsdf {
-            None => R::TEXTURES,
-            Some(Bsdf::Lambert(_)) => true,
-            Some(Bsdf::Layered(_)) => R::LOBES,
-            Some(Bsdf::Extended(_)) => R::LAYERS,
-            Some(Bsdf::Phase(_)) => R::SCATTERING,
-        };
-        self.effects.without(rendered_by::<R>()).is_empty() && self.constant.iter().all(is_there)
+/// Whether code of a repertoire renders a scene with these effects, forced on or not, and these materials.
+fn fits<R: Repertoire>(effects: Effects, materials: &[Material]) -> bool {
+    let is_there = |material: &Material| match material.constant_bsdf() {
+        None => R::TEXTURES,
+        Some(Bsdf::Lambert(_)) => true,
+        Some(Bsdf::Layered(_)) => R::LOBES,
+        Some(Bsdf::Extended(_)) => R::LAYERS,
+        Some(Bsdf::Phase(_)) => R::SCATTERING,
+    };
+    effects.without(rendered_by::<R>()).is_empty() && materials.iter().all(is_there)
+}
+
+impl Compiled {
+    /// The smallest that renders a scene with these effects and materials.
+    pub fn smallest(effects: Effects, materials: &[Material]) -> Self {
+        if fits::<Matte>(effects, materials) {
+            Self::Matte
+        } else if fits::<Core>(effects, materials) {
+            Self::Core
+        } else {
+            Self::Everything
+        }
+    }
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Matte => Matte::NAME,
+            Self::Core => Core::NAME,
+            Self::Everything => Everything::NAME,
+        }
+    }
+
+    /// What it has.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Matte => Matte::ABOUT,
+            Self::Core => Core::ABOUT,
+            Self::Everything => Everything::ABOUT,
+        }
     }
 }
 
@@ -49,27 +89,19 @@ impl Scene {
         Scene { parts: Arc::clone(&self.parts), camera: self.camera.within() }
     }
 
-    /// Does `work` by the smallest code that has all that the scene calls for.
+    /// Does `work` by the smallest code that has all that the scene calls for, which is [`Self::repertoire`]'s.
     pub fn within<W: Within>(&self, work: W) -> W::Output {
-        if self.parts.fits::<Matte>() {
-            work.run(&self.of::<Matte>())
-        } else if self.parts.fits::<Core>() {
-            work.run(&self.of::<Core>())
-        } else {
-            work.run(self)
+        match self.repertoire() {
+            Compiled::Matte => work.run(&self.of::<Matte>()),
+            Compiled::Core => work.run(&self.of::<Core>()),
+            Compiled::Everything => work.run(self),
         }
     }
+}
 
-    /// What the repertoire is called that [`Self::within`] chooses.
-    pub fn repertoire(&self) -> &'static str {
-        struct Name;
-        impl Within for Name {
-            type Output = &'static str;
-
-            fn run<R: Repertoire>(self, _: &Scene<R>) -> &'static str {
-                R::NAME
-            }
-        }
-        self.within(Name)
+impl<R: Repertoire> Scene<R> {
+    /// The smallest repertoire that has all that the scene calls for.
+    pub fn repertoire(&self) -> Compiled {
+        self.parts.repertoire
     }
 }

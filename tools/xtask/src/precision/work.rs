@@ -94,7 +94,7 @@ impl Work {
             ergodic_assets::load(&crate::scenes_folder().join(name).join("scene.glb")).map_err(|e| e.to_string())?;
         let (camera, _) = asset.camera("", f64::from(size.0) / f64::from(size.1)).map_err(|e| e.to_string())?;
         let scene = Scene::new(asset.description, &settings.view(camera)).map_err(|e| e.to_string())?;
-        Ok(Self { scene: scene, reference, settings })
+        Ok(Self { scene, reference, settings })
     }
 
     /// The relMSE that the reference's own error makes.

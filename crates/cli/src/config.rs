@@ -37,6 +37,15 @@ fn offset(text: &str, position: Position) -> usize {
     rest.char_indices().nth(position.col.saturating_sub(1)).map_or(text.len(), |(i, _)| line_start + i)
 }
 
+/// What to do about what is wrong at a byte of a config.
+fn mend(text: &str, at: usize) -> &'static str {
+    if text[..at].trim_end().ends_with("Some(") {
+        "write the value alone, without `Some(...)`; `ergodic config` prints every setting with what it means"
+    } else {
+        "`ergodic config` prints every setting with what it means"
+    }
+}
+
 fn error_in(name: &str, text: &str, error: &SpannedError) -> CliError {
     let (start, end) = (offset(text, error.span.start), offset(text, error.span.end));
     let Position { line, col } = error.span.start;
@@ -44,7 +53,7 @@ fn error_in(name: &str, text: &str, error: &SpannedError) -> CliError {
         title: format!("{name}, line {line}, column {col}: {}", error.code),
         text: NamedSource::new(name, text.to_string()),
         at: SourceSpan::from((start, end.saturating_sub(start).max(1))),
-        help: "`ergodic config` prints every setting with what it means".into(),
+        help: mend(text, start).into(),
     }))
 }
 
@@ -128,6 +137,17 @@ mod tests {
                 assert!(TEMPLATE.contains(&format!("{field}:")), "{field} is not explained");
             }
         }
+    }
+
+    #[test]
+    fn a_value_in_some_is_told_to_stand_alone() {
+        let help = |text: &str| match error_in("x.ron", text, &parse(text).expect_err("not a config")) {
+            CliError::Settings(error) => error.help,
+            other => panic!("{other:?}"),
+        };
+        assert!(help("(lens: Some((radius: 0.01, focus_distance: 1.0)))").starts_with("write the value alone"));
+        assert!(help("(environment: Some(\n  (1.0, 1.0, 1.0)))").starts_with("write the value alone"));
+        assert!(help("(lens: (radios: 0.01))").starts_with("`ergodic config`"));
     }
 
     #[test]

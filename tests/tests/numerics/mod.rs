@@ -17,7 +17,7 @@ use std::ops::RangeInclusive;
 use ergodic_pathspace::Scene;
 use ergodic_render::{Method, Picture, RouletteSettings, Settings};
 use ergodic_scattering::Rgb;
-use ergodic_tests::{Estimate, estimate};
+use ergodic_tests::{Estimate, estimate, nightly};
 
 /// Pixels on a side of most pictures; even, for the halves.
 const SIDE: u32 = 16;
@@ -98,11 +98,13 @@ fn check(
         match method {
             // A sample is one path by one strategy: cheap unless it is long, and b, the mean of many, needs more of them.
             Method::Mmlt if !long => {
-                settings.mlt.seeding.max_samples *= 16;
-                settings.mlt.seeding.relative_error *= 0.25;
+                settings.mlt.seeding.max_samples *= nightly(4, 16);
+                settings.mlt.seeding.relative_error *= nightly(0.5, 0.25);
             }
             // A sample is all connections of two walks, as many as the square of their lengths.
             Method::Pssmlt if long => settings.mlt.seeding.max_samples /= 16,
+            Method::Mlt if long => settings.mlt.seeding.max_samples /= nightly(4, 1),
+            Method::Mmlt => settings.mlt.seeding.max_samples /= nightly(2, 1),
             _ => {}
         }
         let found = means(scene, &settings);

@@ -9,7 +9,7 @@ use crate::image::Image;
 /// How bright a picture is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// The luminance that 95 % of the lit pixels stay below becomes [`SHOULDER`].
+    /// The luminance that 95 % of the lit pixels stay below becomes `SHOULDER`.
     Automatic,
     /// Radiance times 2 to this power.
     Stops(f64),

@@ -1,4 +1,4 @@
-//! glTF 2.0 files and images to a [`SceneDescription`](ergodic_pathspace::SceneDescription): all checks of input.
+//! glTF 2.0 files and images to a [`ergodic_pathspace::SceneDescription`]: all checks of input.
 //!
 //! Nothing in a file is trusted: every index, length, offset and enumeration is checked before it is used, sizes are
 //! bounded, and what is wrong comes back as an [`AssetError`] that names the file, the place and the mend.

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use crate::stability::{Place, is_usable, is_usable_number};
 use crate::subpath::{End, Roulette, Subpath};
-use crate::{Edge, Path, Scene, Vertex};
+use crate::{Edge, Path, PathClass, Scene, Vertex};
 
 /// Which paths are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,6 +189,18 @@ impl<R: Repertoire> BidirectionalSampler<R> {
             from_eye: [pdf_z_to_y * edge.to_light_side, before_y],
         };
         Some((estimate, joint))
+    }
+
+    /// The class of the path of a connection.
+    pub fn class(&self, s: usize, t: usize) -> PathClass {
+        let k = s + t - 1;
+        let mut specular = 0;
+        // The vertices next to the connecting edge are rough on this path, whatever the walk chose there to go on.
+        for i in (1..k.min(65)).filter(|i| i + 1 != s && *i != s) {
+            let vertex = if i < s { &self.light.vertices[i] } else { &self.eye.vertices[k - i] };
+            specular |= u64::from(vertex.component != Component::Rough) << (i - 1);
+        }
+        PathClass { length: k as u32, specular }
     }
 
     /// The complete path of a connection, as points.

@@ -63,7 +63,7 @@ const FAULTS_KEPT: usize = 16;
 /// A proposal whose density was not a number, with what it takes to see it again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultRecord {
-    /// Chain, by index.
+    /// Chain, by index; a chain that began anew has another.
     pub chain: u64,
     /// Steps of the chain before this one.
     pub step: u64,
@@ -164,6 +164,14 @@ impl<S: Pictured> ChainRunner<S> {
         Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
     }
 
+    /// Becomes another chain, that of number `index` which starts at `start`. What it shows of its mixing goes on.
+    pub(crate) fn begin_anew(&mut self, index: u64, start: S, rng: Pcg64Dxsm, ledger: &mut Ledger) {
+        self.finish(ledger);
+        self.class = start.class();
+        self.chain = Chain::new(start, &S::Target::default());
+        (self.index, self.rng, self.steps) = (index, rng, 0);
+    }
+
     /// Takes the present stay into account, after the last step.
     pub(crate) fn finish(&mut self, ledger: &mut Ledger) {
         let current = self.here();
@@ -180,7 +188,7 @@ impl<S: Pictured> ChainRunner<S> {
         &self.trace
     }
 
-    /// Number of steps taken.
+    /// Number of steps taken since the start.
     pub fn steps(&self) -> u64 {
         self.steps
     }

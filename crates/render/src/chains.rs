@@ -6,6 +6,7 @@ use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::Rejection;
 use ergodic_pathspace::{Lengths, Scene};
 use ergodic_scattering::{Repertoire, Rgb};
+use rayon::prelude::*;
 
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::bins::CAPACITY;
@@ -14,8 +15,8 @@ use crate::counts::{Counts, counted};
 use crate::layers::{self, LayerSums, Layers};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Until};
-use crate::sampling::{all, sample_image};
-use crate::seeding::Seeds;
+use crate::sampling::{all, sample_until};
+use crate::seeding::{Effort, Seeds};
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
 use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
@@ -26,8 +27,12 @@ const ROUND: u64 = 256;
 const _: () = assert!((ROUND as usize) < CAPACITY);
 
 /// Greatest shares of a budget of time that seeding and direct light take.
-const SEEDING_SHARE: f64 = 0.25;
+pub(crate) const SEEDING_SHARE: f64 = 0.25;
 const DIRECT_SHARE: f64 = 0.25;
+
+/// Mutations that take about as long as a sample of the seeding, and as one of direct light, where a budget is in mutations.
+const MUTATIONS_PER_SEED: f64 = 3.0;
+const MUTATIONS_PER_DIRECT_SAMPLE: f64 = 1.0;
 
 /// Paths of more than this many edges are indirect.
 const DIRECT_EDGES: usize = 2;
@@ -83,12 +88,12 @@ pub(crate) struct Rendered {
     pub(crate) counts: Counts,
 }
 
-/// Chains at their start.
-pub(crate) struct Start<S> {
+/// What chains start from.
+pub(crate) struct Start<B> {
     pub(crate) seeds: Seeds,
     pub(crate) seeding_seconds: f64,
-    /// The states that they start from.
-    pub(crate) states: Vec<S>,
+    /// The state that the seed of a number is.
+    pub(crate) begin: B,
     /// Splats that a chain leaves in one step at most, or a little more on average.
     pub(crate) splats_per_step: u64,
 }
@@ -102,6 +107,43 @@ fn until<'a>(settings: &Settings, start: Instant, share: f64, observer: &'a dyn 
     Until { observer, deadline }
 }
 
+/// What a part of a render before the chains does at least, so that its error goes down with that of the chains.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeastWork {
+    /// Samples.
+    pub(crate) samples: f64,
+    /// When it may end.
+    pub(crate) not_before: Option<Instant>,
+}
+
+impl LeastWork {
+    /// The share of the work that is done, given that of the samples; in [0, 1].
+    pub(crate) fn limit(&self, done: f64) -> f64 {
+        // There is no telling how much of the time has passed, but something is left to do.
+        if self.not_before.is_some_and(|time| Instant::now() < time) { done.min(0.99) } else { done.min(1.0) }
+    }
+}
+
+/// The least work of a part that begins at `start` and whose samples take as long as so many mutations.
+pub(crate) fn least_work(settings: &Settings, start: Instant, mutations_per_sample: f64) -> LeastWork {
+    let (share, (width, height)) = (settings.mlt.share, settings.film_size());
+    match settings.budget {
+        Budget::SamplesPerPixel(samples) => {
+            let mutations = samples * f64::from(width) * f64::from(height);
+            LeastWork { samples: share * mutations / mutations_per_sample, not_before: None }
+        }
+        Budget::Seconds(seconds) => {
+            let part = Duration::try_from_secs_f64(seconds * share);
+            LeastWork { samples: 0.0, not_before: part.ok().map(|part| start + part) }
+        }
+    }
+}
+
+/// How much effort the seeding of a render that began at `start` makes.
+pub(crate) fn seeding_effort(settings: &Settings, start: Instant) -> Effort {
+    Effort { least: least_work(settings, start, MUTATIONS_PER_SEED), ..Effort::from(&settings.mlt.seeding) }
+}
+
 /// What ends the seeding of a render that began at `start`.
 pub(crate) fn until_seeded<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
     until(settings, start, SEEDING_SHARE, observer)
@@ -110,10 +152,10 @@ pub(crate) fn until_seeded<'a>(settings: &Settings, start: Instant, observer: &'
 /// Renders by chains that are at their start and make steps by `mixture`. `names` has one entry for each of its members.
 ///
 /// A picture that would be all black is an error: there is nothing that a chain could start from.
-pub(crate) fn render<R, S, M>(
+pub(crate) fn render<R, S, B, M>(
     scene: &Scene<R>,
     settings: &Settings,
-    chains: Start<S>,
+    chains: Start<B>,
     (mixture, space): (&Mixture<M>, &M::Space),
     names: &[&'static str],
     start: Instant,
@@ -122,6 +164,7 @@ pub(crate) fn render<R, S, M>(
 where
     R: Repertoire,
     S: Pictured,
+    B: Fn(&Seeds, u64) -> S + Sync,
     M: Mutation<State = S> + Sync,
     M::Space: Sync,
     M::Failure: Into<Rejection>,
@@ -130,19 +173,21 @@ where
     let filter = settings.filter.filter();
     let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
-    let Start { seeds, seeding_seconds, states, splats_per_step } = chains;
+    let Start { seeds, seeding_seconds, begin, splats_per_step } = chains;
 
     let direct_start = Instant::now();
     let mut counts = seeds.counts;
     let mut picture = Picture::black(settings.film_size());
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
         let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
-        let sampled = sample_image(
+        let least = least_work(settings, direct_start, MUTATIONS_PER_DIRECT_SAMPLE);
+        let wanted = f64::from(samples_per_pixel).max((least.samples / (f64::from(width) * f64::from(height))).ceil());
+        let sampled = sample_until(
             scene,
             &BidirectionalPathTracer::new(direct, roulette),
             settings.film_size(),
             filter,
-            Budget::SamplesPerPixel(f64::from(samples_per_pixel)),
+            |passes| least.limit(passes as f64 / wanted),
             (settings.seed, Purpose::Direct),
             (Stage::Direct, &until(settings, start, SEEDING_SHARE + DIRECT_SHARE, observer)),
         );
@@ -159,13 +204,27 @@ where
     }
 
     let mutation_start = Instant::now();
+    let states: Vec<S> = seeds.chosen(0, settings.mlt.chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
     let chains = states.len();
     let mut work = share_out(states, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
     let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
-    let mutations = run(&mut work, &mut sums, step, splats_per_step, settings, chains, start, observer);
+    let renew = |work: &mut Vec<Batch<S>>, generation| {
+        let (chosen, count) = (seeds.chosen(generation, chains), work.len());
+        work.par_iter_mut().enumerate().for_each(|(i, batch)| {
+            let ((), counts) = counted(|| {
+                for (runner, slot) in batch.runners.iter_mut().zip((i..).step_by(count)) {
+                    let index = generation * chains as u64 + slot as u64;
+                    let rng = stream(settings.seed, Purpose::Chain, index);
+                    runner.begin_anew(index, begin(&seeds, chosen[slot]), rng, &mut batch.ledger);
+                }
+            });
+            batch.counts += counts;
+        });
+    };
+    let mutations = run(&mut work, &mut sums, (step, renew), splats_per_step, settings, chains, start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
 
     let mut statistics = MutationStatistics::of_members(names, settings.max_edges);
@@ -269,11 +328,12 @@ impl Sums {
     }
 }
 
-/// Runs all chains until the budget ends; the number of mutations made.
+/// Runs all chains by `step` until the budget ends, and lets `renew` make the chains of the next generation from time to time; the
+/// number of mutations made.
 fn run<S: Pictured>(
-    work: &mut [Batch<S>],
+    work: &mut Vec<Batch<S>>,
     sums: &mut Sums,
-    step: impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync,
+    (step, renew): (impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync, impl Fn(&mut Vec<Batch<S>>, u64)),
     splats_per_step: u64,
     settings: &Settings,
     chains: usize,
@@ -294,7 +354,14 @@ fn run<S: Pictured>(
     let begun = start.elapsed();
     let mut steps = 0;
     loop {
-        let round = wanted.map_or(longest, |wanted| longest.min(wanted - steps));
+        let life = settings.mlt.mutations_per_start;
+        if life > 0 && steps > 0 && steps % life == 0 {
+            // A stay that ends is noted, for which there has to be room.
+            sums.merge(work);
+            renew(work, steps / life);
+        }
+        let left = if life > 0 { life - steps % life } else { u64::MAX };
+        let round = wanted.map_or(longest, |wanted| longest.min(wanted - steps)).min(left);
         // Every batch stops where its buffers may be too small for another chain, which depends on nothing but its own chains.
         while !all(work, |batch| batch.advance(round, splats_per_step, &step)) {
             sums.merge(work);

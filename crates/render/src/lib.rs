@@ -20,6 +20,7 @@ mod replicas;
 mod sampling;
 mod seeding;
 mod settings;
+mod starts;
 pub mod statistics;
 mod streams;
 
@@ -39,7 +40,7 @@ pub use primary::{
 };
 pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
-pub use seeding::Seeds;
+pub use seeding::{Effort, Seeds};
 pub use settings::{
     Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, MediumSettings,
     Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,

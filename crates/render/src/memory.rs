@@ -6,6 +6,8 @@ use crate::autocorrelation::{WATCHED, Windows};
 use crate::bins::CAPACITY;
 use crate::film::{FILM_BYTES_PER_PIXEL, PICTURE_BYTES_PER_PIXEL};
 use crate::grid::Grid;
+use crate::seeding::KEPT;
+use crate::starts::Seed;
 use crate::statistics::MutationStatistics;
 use crate::{BATCHES, Coordinates, Method, Settings, SplatBuffer, VisitBuffer, layers};
 
@@ -39,8 +41,9 @@ pub fn peak_bytes(settings: &Settings) -> usize {
             2 * vertices + Coordinates::bytes(settings.max_edges)
         };
         fixed += settings.mlt.chains * 2 * state + settings.mlt.chains.min(WATCHED) * size_of::<Windows>();
-        // The weights of the seeding samples, and twice as much while their vector grows.
-        fixed += 3 * size_of::<f64>() * settings.mlt.seeding.max_samples as usize;
+        // A list of seeds that grows has its old place and one of twice the size; one that is thinned has those that are kept and
+        // their positions beside it.
+        fixed += (3 * size_of::<Seed>() + size_of::<usize>()) * KEPT / 2;
     }
     pixel * grid.pixels() + batch * BATCHES + fixed
 }

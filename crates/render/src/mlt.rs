@@ -8,7 +8,7 @@ use ergodic_pathspace::{Path, PathSpace, Scene};
 use ergodic_scattering::Repertoire;
 
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord};
-use crate::chains::{self, Rendered, chain_lengths, until_seeded};
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until_seeded};
 use crate::observer::{Observer, Unobserved};
 use crate::seeding::Seeds;
 use crate::streams::{Purpose, stream};
@@ -31,10 +31,11 @@ where
     let seeding_start = Instant::now();
     let watch = until_seeded(settings, start, observer);
     let roulette = settings.roulette.roulette();
-    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &watch);
-    let states = seeds.starts(scene, settings.mlt.chains);
+    let effort = seeding_effort(settings, start);
+    let seeds = Seeds::draw(scene, lengths, roulette, effort, settings.seed, &watch);
+    let begin = |seeds: &Seeds, seed| seeds.path(scene, seed);
     let chains =
-        chains::Start { seeding_seconds: seeding_start.elapsed().as_secs_f64(), seeds, states, splats_per_step: 1 };
+        chains::Start { seeding_seconds: seeding_start.elapsed().as_secs_f64(), seeds, begin, splats_per_step: 1 };
     let space = PathSpace { scene: scene.clone(), lengths };
     chains::render(scene, settings, chains, (mixture, &space), names, start, observer)
 }
@@ -57,10 +58,12 @@ pub fn replay<M>(scene: &Scene, settings: &Settings, mixture: &Mixture<M>, recor
 where
     M: Mutation<Space = PathSpace, State = Path, Plan = Splice, Failure = Rejection>,
 {
-    let lengths = chain_lengths(settings);
+    let (lengths, chains) = (chain_lengths(settings), settings.mlt.chains);
     let roulette = settings.roulette.roulette();
-    let seeds = Seeds::draw(scene, lengths, roulette, &settings.mlt.seeding, settings.seed, &Unobserved);
-    let start = seeds.starts(scene, settings.mlt.chains).into_iter().nth(record.chain as usize)?;
+    let effort = seeding_effort(settings, Instant::now());
+    let seeds = Seeds::draw(scene, lengths, roulette, effort, settings.seed, &Unobserved);
+    let (generation, slot) = (record.chain / chains as u64, (record.chain % chains as u64) as usize);
+    let start = seeds.path(scene, *seeds.chosen(generation, chains).get(slot)?);
     let space = PathSpace { scene: scene.clone(), lengths };
     let mut after = ChainRunner::new(record.chain, start, stream(settings.seed, Purpose::Chain, record.chain));
     for _ in 0..record.step {

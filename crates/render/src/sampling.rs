@@ -89,17 +89,34 @@ impl Sampled {
     }
 }
 
-/// Takes one stratified sample in each pixel in every pass until the budget ends; at least one pass unless stopped.
+/// Takes one stratified sample in each pixel in every pass until the budget ends; at least one pass.
 pub fn sample_image<E: Estimator>(
     scene: &Scene<E::Repertoire>,
     estimator: &E,
     (width, height): (u32, u32),
     filter: Filter,
     budget: Budget,
+    keys: (u64, Purpose),
+    watch: (Stage, &dyn Observer),
+) -> Sampled {
+    let start = Instant::now();
+    let done = |passes| match budget {
+        Budget::SamplesPerPixel(samples) => passes as f64 / samples.ceil(),
+        Budget::Seconds(seconds) => start.elapsed().as_secs_f64() / seconds,
+    };
+    sample_until(scene, estimator, (width, height), filter, done, keys, watch)
+}
+
+/// The same until `done` passes are enough: until it says 1 or more.
+pub(crate) fn sample_until<E: Estimator>(
+    scene: &Scene<E::Repertoire>,
+    estimator: &E,
+    (width, height): (u32, u32),
+    filter: Filter,
+    done: impl Fn(u64) -> f64,
     (seed, purpose): (u64, Purpose),
     (stage, observer): (Stage, &dyn Observer),
 ) -> Sampled {
-    let start = Instant::now();
     // Row i goes to batch i modulo their number.
     let count = BATCHES.min(height as usize);
     let mut film = Film::new(width, height, filter);
@@ -128,10 +145,7 @@ pub fn sample_image<E: Estimator>(
         }
         work.iter_mut().for_each(|batch| batch.next = (0, batch.first_row));
         passes += 1;
-        let done = match budget {
-            Budget::SamplesPerPixel(samples) => passes as f64 / samples.ceil(),
-            Budget::Seconds(seconds) => start.elapsed().as_secs_f64() / seconds,
-        };
+        let done = done(passes);
         observer.progress(stage, done.min(1.0));
         if done >= 1.0 || observer.should_stop() {
             break;

@@ -1,27 +1,79 @@
 //! Start-up of the chains (Veach 11.3.1): independent bidirectional samples estimate b, and some of them, chosen by their
 //! weight, become the chains' first paths. Both from the same samples, so that the whole estimator is unbiased.
+//!
+//! A sample is a pair of walks with many connections. One of them, chosen by its luminance, stands for it while the order of the
+//! samples is found (`starts`), and is the path that a chain begins with.
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
-use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
+use ergodic_pathspace::{BidirectionalSampler, Connection, Lengths, Path, PathClass, Roulette, Scene};
 use ergodic_scattering::{Repertoire, luminance};
+use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
 use rayon::prelude::*;
 
 use crate::Seeding;
+use crate::chains::LeastWork;
 use crate::counts::{Counts, counted};
 use crate::observer::{Observer, Stage};
+use crate::settings::MOST_SEEDS;
+use crate::starts::{self, GOLDEN, Seed};
 use crate::streams::{Purpose, stream};
 
 /// Samples between two looks at the error of b, as chunks times samples in a chunk.
 const CHUNKS: u64 = 64;
 const CHUNK: u64 = 256;
 
+/// Seeds that are kept at most. When there would be more, they are thinned to half as many, which costs the starts little: they are
+/// far fewer.
+pub(crate) const KEPT: usize = 1 << 21;
+
+/// When a seeding ends.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Relative standard error of b that is small enough.
+    pub relative_error: f64,
+    /// After so many samples the error is as good as it gets.
+    pub max_samples: u64,
+    /// What is done in any case.
+    pub(crate) least: LeastWork,
+}
+
+impl From<&Seeding> for Effort {
+    /// As soon as b is known well enough.
+    fn from(settings: &Seeding) -> Self {
+        let Seeding { relative_error, max_samples } = *settings;
+        Self { relative_error, max_samples, least: LeastWork { samples: 0.0, not_before: None } }
+    }
+}
+
+impl Effort {
+    /// How much of the effort has been made, in [0, 1].
+    fn done(&self, samples: u64, relative_error: f64) -> f64 {
+        let of_error = (self.relative_error / relative_error).powi(2).max(samples as f64 / self.max_samples as f64);
+        let (samples, least) = (samples as f64, self.least.samples);
+        let of_samples = if samples < least { samples / least } else { 1.0 };
+        self.least.limit(of_error.min(of_samples))
+    }
+}
+
+/// What is seen of one sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Weighed {
+    /// Its luminance.
+    pub(crate) luminance: f64,
+    /// The class of its path, or of the one that stands for it.
+    pub(crate) class: PathClass,
+    /// Where that path meets the image.
+    pub(crate) raster: DVec2,
+}
+
 /// The samples that chains start from.
 #[derive(Clone, Debug)]
 pub struct Seeds {
-    /// Luminance of every sample, in order.
-    weights: Vec<f64>,
+    /// Those that carry light, in the order of [`starts::sort`].
+    seeds: Vec<Seed>,
+    samples: u64,
     /// Estimate of b, the mean luminance over the image of all paths of the chains' lengths.
     pub b: f64,
     /// Standard error of b over b.
@@ -33,36 +85,76 @@ pub struct Seeds {
     roulette: Roulette,
 }
 
+/// Chooses one of the connections of a sample, with probability in proportion to luminance, as they come.
+struct Choice {
+    /// Uniform in [0, 1) whatever was chosen so far.
+    u: f64,
+    sum: f64,
+    chosen: Option<Connection>,
+}
+
+impl Choice {
+    /// For the sample of this number.
+    fn new(seed: u64, index: u64) -> Self {
+        Self { u: stream(seed, Purpose::Starts, index).uniform(), sum: 0.0, chosen: None }
+    }
+
+    /// One more connection; whether it is the chosen one so far.
+    fn offer(&mut self, connection: &Connection) -> bool {
+        let weight = luminance(connection.contribution());
+        self.sum += weight;
+        let share = if weight > 0.0 { weight / self.sum } else { 0.0 };
+        let takes = self.u < share;
+        // What is left of the number is as good as a new one.
+        let left = if takes { self.u / share } else { (self.u - share) / (1.0 - share) };
+        self.u = left.min(1.0 - f64::EPSILON);
+        if takes {
+            self.chosen = Some(*connection);
+        }
+        takes
+    }
+}
+
 impl Seeds {
-    /// Samples until the relative standard error of b is small enough, or the samples allowed are used up.
+    /// Samples until the effort is made: by default, until the relative standard error of b is small enough, or the samples allowed
+    /// are used up.
     pub fn draw<R: Repertoire>(
         scene: &Scene<R>,
         lengths: Lengths,
         roulette: Roulette,
-        settings: &Seeding,
+        effort: impl Into<Effort>,
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
         let sampler = || BidirectionalSampler::new(lengths, roulette);
-        let weigh = |sampler: &mut BidirectionalSampler<R>, rng: &mut Pcg64Dxsm| {
-            let mut sum = 0.0;
-            sampler.sample(scene, rng, |_, connection| sum += luminance(connection.contribution()));
-            sum
+        let weigh = |sampler: &mut BidirectionalSampler<R>, index: u64, rng: &mut Pcg64Dxsm| {
+            let mut choice = Choice::new(seed, index);
+            let mut class = PathClass::MANY;
+            sampler.sample(scene, rng, |sampler, connection| {
+                if choice.offer(&connection) {
+                    class = sampler.class(connection.s, connection.t);
+                }
+            });
+            let raster = choice.chosen.map_or(DVec2::ZERO, |connection| connection.raster);
+            Weighed { luminance: choice.sum, class, raster }
         };
-        Self::draw_by(sampler, weigh, (lengths, roulette), settings, seed, observer)
+        Self::draw_by(sampler, weigh, scene.camera().size(), (lengths, roulette), effort, seed, observer)
     }
 
-    /// The same with samples of any kind: `weigh` takes one with a sampler that `sampler` makes, and gives its luminance.
+    /// The same with samples of any kind: `weigh` takes the sample of a number with a sampler that `sampler` makes; `size` is that of the
+    /// image.
     pub(crate) fn draw_by<S>(
         sampler: impl Fn() -> S + Sync,
-        weigh: impl Fn(&mut S, &mut Pcg64Dxsm) -> f64 + Sync,
+        weigh: impl Fn(&mut S, u64, &mut Pcg64Dxsm) -> Weighed + Sync,
+        size: DVec2,
         (lengths, roulette): (Lengths, Roulette),
-        settings: &Seeding,
+        effort: impl Into<Effort>,
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
         let mut seeds = Self {
-            weights: Vec::new(),
+            seeds: Vec::new(),
+            samples: 0,
             b: 0.0,
             relative_error: 1.0,
             counts: Counts::default(),
@@ -70,6 +162,7 @@ impl Seeds {
             lengths,
             roulette,
         };
+        let effort = effort.into();
         let (mut sum, mut sum_of_squares) = (0.0, 0.0);
         if lengths.min_edges > lengths.max_edges {
             // No path is asked for, so b is exactly 0.
@@ -78,87 +171,88 @@ impl Seeds {
         }
         // What is no number counts as 0.
         let weigh = |sampler: &mut S, index: u64| {
-            let weight = weigh(sampler, &mut stream(seed, Purpose::Seeding, index));
-            if is_usable_number(Place::Seed, weight) { weight } else { 0.0 }
+            let weighed = weigh(sampler, index, &mut stream(seed, Purpose::Seeding, index));
+            let carries = is_usable_number(Place::Seed, weighed.luminance) && weighed.luminance > 0.0;
+            carries.then(|| Seed {
+                weight: weighed.luminance,
+                place: starts::place(weighed.class, weighed.raster, size),
+                index: index as u32,
+            })
         };
         loop {
-            let first = seeds.weights.len() as u64;
-            let chunks: Vec<(Vec<f64>, Counts)> = (0..CHUNKS)
+            let first = seeds.samples;
+            let chunks: Vec<(Vec<Seed>, Counts)> = (0..CHUNKS)
                 .into_par_iter()
                 .map(|chunk| {
                     let mut sampler = sampler();
                     let start = first + chunk * CHUNK;
-                    counted(|| (start..start + CHUNK).map(|index| weigh(&mut sampler, index)).collect())
+                    counted(|| (start..start + CHUNK).filter_map(|index| weigh(&mut sampler, index)).collect())
                 })
                 .collect();
-            for (weights, counts) in chunks {
+            for (chunk, counts) in chunks {
                 seeds.counts += counts;
-                for weight in weights {
-                    sum += weight;
-                    sum_of_squares += weight * weight;
-                    seeds.weights.push(weight);
+                for seed in chunk {
+                    sum += seed.weight;
+                    sum_of_squares += seed.weight * seed.weight;
+                    seeds.seeds.push(seed);
                 }
             }
-            let n = seeds.weights.len() as f64;
+            seeds.samples += CHUNKS * CHUNK;
+            seeds.thin();
+            let n = seeds.samples as f64;
             seeds.b = sum / n;
             let variance = (sum_of_squares / n - seeds.b * seeds.b).max(0.0) / (n - 1.0);
             seeds.relative_error = if seeds.b > 0.0 { variance.sqrt() / seeds.b } else { f64::INFINITY };
-            let by_error = (settings.relative_error / seeds.relative_error).powi(2);
-            let by_count = n / settings.max_samples as f64;
-            observer.progress(Stage::Seeding, by_error.max(by_count).min(1.0));
-            if seeds.relative_error <= settings.relative_error || by_count >= 1.0 || observer.should_stop() {
+            let done = effort.done(seeds.samples, seeds.relative_error);
+            observer.progress(Stage::Seeding, done);
+            if done >= 1.0 || seeds.samples >= MOST_SEEDS || observer.should_stop() {
+                starts::sort(&mut seeds.seeds);
                 return seeds;
             }
         }
     }
 
-    /// Number of samples.
-    pub fn samples(&self) -> u64 {
-        self.weights.len() as u64
+    /// Keeps the list from growing for good.
+    fn thin(&mut self) {
+        if self.seeds.len() + (CHUNKS * CHUNK) as usize > KEPT {
+            starts::sort(&mut self.seeds);
+            // No two lists that are thinned end with the same number of samples.
+            let offset = stream(self.seed, Purpose::Thinning, self.samples).uniform();
+            starts::thin(&mut self.seeds, KEPT / 2, offset);
+        }
     }
 
-    /// The samples that `count` chains start from, by index: in proportion to their weight, by systematic resampling.
-    pub(crate) fn chosen(&self, count: usize) -> Vec<usize> {
-        let total: f64 = self.weights.iter().sum();
-        if total <= 0.0 {
-            return Vec::new();
+    /// Number of samples.
+    pub fn samples(&self) -> u64 {
+        self.samples
+    }
+
+    /// The samples that `count` chains start from, by number: in proportion to their weight, by systematic resampling. Every
+    /// generation of chains has starts of its own.
+    pub(crate) fn chosen(&self, generation: u64, count: usize) -> Vec<u64> {
+        let first = stream(self.seed, Purpose::Starts, u64::MAX).uniform();
+        // Uniform for every generation, and spread evenly over the generations.
+        let offset = (first + generation as f64 * GOLDEN).fract();
+        let starts = starts::resample(&self.seeds, count, offset);
+        // Chains of neighbouring numbers do not begin in the same place: a part of them is to stand for all.
+        starts::spread(starts.len()).into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
+    }
+
+    /// The path that stands for the sample of a number.
+    pub(crate) fn path<R: Repertoire>(&self, scene: &Scene<R>, index: u64) -> Path<R> {
+        let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
+        let mut choice = Choice::new(self.seed, index);
+        let mut rng = stream(self.seed, Purpose::Seeding, index);
+        sampler.sample(scene, &mut rng, |_, connection| _ = choice.offer(&connection));
+        let mut path = Path::with_capacity(self.lengths.max_edges);
+        if let Some(connection) = choice.chosen {
+            sampler.assemble(scene, connection.s, connection.t, &mut path);
         }
-        let offset = stream(self.seed, Purpose::Starts, u64::MAX).uniform();
-        let mut index = 0;
-        let mut end = self.weights[0];
-        let choose = |i: usize| {
-            let position = (i as f64 + offset) / count as f64 * total;
-            while end <= position && index + 1 < self.weights.len() {
-                index += 1;
-                end += self.weights[index];
-            }
-            // Rounding of the running sum may end on a sample of weight 0.
-            while self.weights[index] <= 0.0 && index > 0 {
-                index -= 1;
-            }
-            index
-        };
-        (0..count).map(choose).collect()
+        path
     }
 
     /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
     pub fn starts<R: Repertoire>(&self, scene: &Scene<R>, count: usize) -> Vec<Path<R>> {
-        let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
-        let mut starts = Vec::with_capacity(count);
-        for (i, index) in self.chosen(count).into_iter().enumerate() {
-            let mut choice = stream(self.seed, Purpose::Starts, i as u64).uniform() * self.weights[index];
-            let mut path = Path::with_capacity(self.lengths.max_edges);
-            let mut chosen = false;
-            sampler.sample(scene, &mut stream(self.seed, Purpose::Seeding, index as u64), |sampler, connection| {
-                let weight = luminance(connection.contribution());
-                if weight > 0.0 && (choice >= 0.0 || !chosen) {
-                    choice -= weight;
-                    sampler.assemble(scene, connection.s, connection.t, &mut path);
-                    chosen = true;
-                }
-            });
-            starts.push(path);
-        }
-        starts
+        self.chosen(0, count).into_iter().map(|index| self.path(scene, index)).collect()
     }
 }

@@ -5,6 +5,7 @@ use ergodic_pathspace::{CameraDescription, Effects, Forced, Lengths, Projection,
 use ergodic_scattering::{Lens, Medium, Rgb};
 use serde::{Deserialize, Serialize};
 
+use crate::chains::SEEDING_SHARE;
 use crate::primary::PrimaryMutation;
 
 /// Settings of one render.
@@ -267,10 +268,15 @@ pub struct MltSettings {
     pub mutations: Vec<(f64, AnyMutation)>,
     /// Number of independent chains.
     pub chains: usize,
+    /// Mutations after which a chain begins anew from another start; 0 for never.
+    pub mutations_per_start: u64,
     /// Light that arrives by at most one bounce.
     pub direct: Direct,
     /// The independent samples that estimate b and start the chains.
     pub seeding: Seeding,
+    /// Least share of the work that seeding has, and that direct light has, at most a quarter: of the time if the budget is one of
+    /// time, else of the time that its mutations are expected to take.
+    pub share: f64,
     /// Whether to keep numbers for each pixel: acceptance, standard error, longest stay.
     pub layers: bool,
 }
@@ -365,8 +371,10 @@ impl Default for MltSettings {
         Self {
             mutations: AnyMutation::default_mixture(),
             chains: 512,
+            mutations_per_start: 16_384,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
+            share: 0.05,
             layers: false,
         }
     }
@@ -404,6 +412,8 @@ impl RouletteSettings {
 
 /// The largest picture, in pixels on a side.
 const MAX_SIDE: u32 = 65_536;
+/// The greatest number of samples of a seeding, so that 32 bits count them.
+pub(crate) const MOST_SEEDS: u64 = 1 << 31;
 /// The greatest number of pixels.
 const MAX_PIXELS: u64 = 1 << 28;
 
@@ -544,8 +554,12 @@ impl MltSettings {
                 self.seeding.relative_error
             ));
         }
-        if self.seeding.max_samples < 1000 {
-            return Err(format!("mlt.seeding.max_samples is {}; give at least 1000", self.seeding.max_samples));
+        if !(1000..=MOST_SEEDS).contains(&self.seeding.max_samples) {
+            let given = self.seeding.max_samples;
+            return Err(format!("mlt.seeding.max_samples is {given}; it must be from 1000 to {MOST_SEEDS}"));
+        }
+        if !(0.0..=SEEDING_SHARE).contains(&self.share) {
+            return Err(format!("mlt.share is {}; it must be from 0 to {SEEDING_SHARE}", self.share));
         }
         for (i, (weight, mutation)) in self.mutations.iter().enumerate() {
             if !(weight.is_finite() && *weight >= 0.0) {

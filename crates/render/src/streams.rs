@@ -19,6 +19,8 @@ pub enum Purpose {
     Chain = 6,
     /// The shares of the lengths in multiplexed sampling.
     Pilot = 7,
+    /// The seeds that are kept where there are too many.
+    Thinning = 8,
 }
 
 /// One round of the mixing function of splitmix64 (Steele, Lea, Flood 2014).

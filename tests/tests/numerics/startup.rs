@@ -26,20 +26,25 @@ fn ten_mutations_in_each_of_many_chains_are_unbiased() {
     // More samples than chains, so that few start at the same path.
     settings.mlt.seeding.relative_error = 1e-6;
     settings.mlt.seeding.max_samples = 4 * settings.mlt.chains as u64;
-    let renderings = render_replicas(&scene, &settings, 48, &Unobserved).expect("valid settings");
-    let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
-    let mut too_bright = images.clone();
-    too_bright.iter_mut().flat_map(|image| &mut image.pixels).flatten().for_each(|value| *value *= 1.1);
-    let mutations = renderings[0].mlt.as_ref().map_or(0, |report| report.mutations);
-    assert_eq!(mutations, 10 * settings.mlt.chains as u64);
-    let right = test_replicas(&images, &reference).unwrap_or_else(|e| panic!("{e}"));
-    println!(
-        "10 mutations a chain: p of the largest block {:.2}, of exceedances {:.2}, of the total {:.2}",
-        right.p_largest, right.exceedances.1, right.total.2
-    );
-    assert_eq!(right.verdict(1e-4), Verdict::Holds);
-    let wrong = test_replicas(&too_bright, &reference).unwrap_or_else(|e| panic!("{e}"));
-    assert_eq!(wrong.verdict(1e-4), Verdict::Fails);
+    let all = settings.mlt.chains;
+    // All at once, or one after the other as chains that begin anew.
+    for (chains, mutations_per_start) in [(all, 0), (all / 4, 10)] {
+        (settings.mlt.chains, settings.mlt.mutations_per_start) = (chains, mutations_per_start);
+        let renderings = render_replicas(&scene, &settings, 48, &Unobserved).expect("valid settings");
+        let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
+        let mut too_bright = images.clone();
+        too_bright.iter_mut().flat_map(|image| &mut image.pixels).flatten().for_each(|value| *value *= 1.1);
+        let mutations = renderings[0].mlt.as_ref().map_or(0, |report| report.mutations);
+        assert_eq!(mutations, 10 * all as u64);
+        let right = test_replicas(&images, &reference).unwrap_or_else(|e| panic!("{e}"));
+        println!(
+            "10 mutations a start, {chains} chains: p of the largest block {:.2}, of exceedances {:.2}, of the total {:.2}",
+            right.p_largest, right.exceedances.1, right.total.2
+        );
+        assert_eq!(right.verdict(1e-4), Verdict::Holds);
+        let wrong = test_replicas(&too_bright, &reference).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(wrong.verdict(1e-4), Verdict::Fails);
+    }
 }
 
 fn some_path(space: &PathSpace) -> Path {

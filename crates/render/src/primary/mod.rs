@@ -22,9 +22,9 @@ pub use coordinates::{Coordinates, PrimarySample};
 pub use multiplexed::Multiplexed;
 pub use mutation::{PrimaryMutation, PrimarySpace, PrimaryTarget, PrimaryValue};
 
-use crate::chains::{self, Rendered, chain_lengths, until_seeded};
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until_seeded};
 use crate::observer::Observer;
-use crate::seeding::Seeds;
+use crate::seeding::{Seeds, Weighed};
 use crate::streams::{Purpose, stream};
 use crate::{Estimator, RenderError, Settings};
 
@@ -44,25 +44,25 @@ pub(crate) fn render<E: Estimator + Sync>(
     let seeding_start = Instant::now();
     let seeds = Seeds::draw_by(
         || PrimarySample::new(estimator.clone()),
-        |sample, rng| {
+        |sample, _, rng| {
             sample.draw(scene, rng);
-            sample.luminance()
+            Weighed { luminance: sample.luminance(), class: sample.class(), raster: sample.brightest() }
         },
+        scene.camera().size(),
         (chain_lengths(settings), settings.roulette.roulette()),
-        &settings.mlt.seeding,
+        seeding_effort(settings, start),
         settings.seed,
         &until_seeded(settings, start, observer),
     );
-    let seeded = |seed: usize| {
+    let begin = |_: &Seeds, seed: u64| {
         let mut sample = PrimarySample::new(estimator.clone());
-        sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed as u64));
+        sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed));
         sample
     };
-    let states = seeds.chosen(settings.mlt.chains).into_iter().map(seeded).collect();
     let chains = chains::Start {
         seeding_seconds: seeding_start.elapsed().as_secs_f64(),
         seeds,
-        states,
+        begin,
         // One at the image point, and one for every connection of a vertex to the eye.
         splats_per_step: settings.max_edges as u64 + 1,
     };

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::{BidirectionalSampler, Lengths, PathClass, Roulette, Scene};
-use ergodic_scattering::{Component, Everything, Repertoire, Rgb, luminance};
+use ergodic_scattering::{Everything, Repertoire, Rgb, luminance};
 use glam::DVec2;
 
 use super::coordinates::CHOICES;
@@ -89,12 +89,7 @@ impl<R: Repertoire> Estimator for Multiplexed<R> {
             }
         }
         let Some(connection) = sampler.connect(scene, s, t) else { return };
-        let mut specular = 0;
-        for i in (1..k).filter(|i| *i < 64 && i + 1 != s && *i != s) {
-            let vertex = if i < s { &sampler.light.vertices[i] } else { &sampler.eye.vertices[k - i] };
-            specular |= u64::from(vertex.component != Component::Rough) << (i - 1);
-        }
-        *class = PathClass { length: k as u32, specular };
+        *class = sampler.class(s, t);
         splat(connection.raster, connection.contribution() * ((k + 1) as f64 / share));
     }
 

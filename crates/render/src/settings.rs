@@ -371,10 +371,10 @@ impl Default for MltSettings {
         Self {
             mutations: AnyMutation::default_mixture(),
             chains: 512,
-            mutations_per_start: 16_384,
+            mutations_per_start: 4096,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
-            share: 0.05,
+            share: 0.1,
             layers: false,
         }
     }

@@ -48,7 +48,7 @@ fn hilbert(mut x: u32, mut y: u32) -> u64 {
     let mut along = 0;
     for bit in (0..IMAGE_BITS).rev() {
         let (right, up) = (x >> bit & 1, y >> bit & 1);
-        along = along << 2 | u64::from(3 * right ^ up);
+        along = along << 2 | u64::from((3 * right) ^ up);
         // The curve of each quarter is turned so that its ends meet those of its neighbours.
         if up == 0 {
             if right == 1 {

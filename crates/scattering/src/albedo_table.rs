@@ -8,27 +8,27 @@ const COSINES: usize = 96;
 /// Entries along the roughness.
 const ROUGHNESSES: usize = 32;
 
-/// A table of albedos. Entries are dense near grazing directions and small roughnesses: both coordinates run as square
-/// roots.
-pub(crate) struct AlbedoTable {
+/// A table of `N` albedos, or other numbers, at each place. Entries are dense near grazing directions and small
+/// roughnesses: both coordinates run as square roots.
+pub(crate) struct AlbedoTable<const N: usize> {
     least_roughness: f64,
-    values: Vec<f32>,
+    values: Vec<[f32; N]>,
 }
 
-impl AlbedoTable {
-    /// The table of `albedo(cosine, roughness)` for all cosines and for roughnesses from the least one to 1.
-    pub(crate) fn new(least_roughness: f64, albedo: impl Fn(f64, f64) -> f64) -> Self {
+impl<const N: usize> AlbedoTable<N> {
+    /// The table of `albedos(cosine, roughness)` for all cosines and for roughnesses from the least one to 1.
+    pub(crate) fn new(least_roughness: f64, albedos: impl Fn(f64, f64) -> [f64; N]) -> Self {
         let values = (0..COSINES * ROUGHNESSES).map(|i| {
             let x = (i % COSINES) as f64 / (COSINES - 1) as f64;
             let y = (i / COSINES) as f64 / (ROUGHNESSES - 1) as f64;
-            albedo(x * x, least_roughness + (1.0 - least_roughness) * y * y) as f32
+            albedos(x * x, least_roughness + (1.0 - least_roughness) * y * y).map(|value| value as f32)
         });
         Self { least_roughness, values: values.collect() }
     }
 
-    /// The albedo, linear between entries. What lies outside the table reads as its edge.
+    /// The albedos, linear between entries. What lies outside the table reads as its edge.
     #[inline]
-    pub(crate) fn at(&self, cos: f64, roughness: f64) -> f64 {
+    pub(crate) fn at(&self, cos: f64, roughness: f64) -> [f64; N] {
         let x = cos.clamp(0.0, 1.0).sqrt();
         let y = ((roughness - self.least_roughness) / (1.0 - self.least_roughness)).clamp(0.0, 1.0).sqrt();
         let (x, y) = (x * (COSINES - 1) as f64, y * (ROUGHNESSES - 1) as f64);
@@ -36,8 +36,9 @@ impl AlbedoTable {
         let (fx, fy) = (x - i as f64, y - j as f64);
         let row = |j: usize| {
             let entries = &self.values[j * COSINES + i..j * COSINES + i + 2];
-            f64::from(entries[0]) * (1.0 - fx) + f64::from(entries[1]) * fx
+            std::array::from_fn::<f64, N, _>(|k| f64::from(entries[0][k]) * (1.0 - fx) + f64::from(entries[1][k]) * fx)
         };
-        row(j) * (1.0 - fy) + row(j + 1) * fy
+        let (low, high) = (row(j), row(j + 1));
+        std::array::from_fn(|k| low[k] * (1.0 - fy) + high[k] * fy)
     }
 }

@@ -11,48 +11,29 @@
 //!
 //! A coat lies on both sides of a thin or opaque surface and on the outside of a solid.
 
-use std::sync::LazyLock;
-
 use ergodic_geometry::Frame;
 use glam::DVec3;
 
-use crate::albedo_table::AlbedoTable;
 use crate::fresnel::schlick_weight;
-use crate::{SELECTION_FLOOR, SMOOTH_ALPHA, dirac, ggx, microfacet_reflection};
+use crate::{SELECTION_FLOOR, SMOOTH_ALPHA, dirac, microfacet_reflection, specular_albedo};
 
 /// Reflectance at normal incidence of index 1.5.
 const F0: f64 = 0.04;
-
-/// The albedo E of a rough coat of weight 1.
-static ALBEDO: LazyLock<AlbedoTable> =
-    LazyLock::new(|| AlbedoTable::new(SMOOTH_ALPHA.sqrt(), |cos, roughness| albedo(cos, roughness * roughness, 32)));
-
-/// E of a rough coat by the midpoint rule over the unit square from which visible normals are drawn.
-fn albedo(cos: f64, alpha: f64, steps: u32) -> f64 {
-    let eye = DVec3::new((1.0 - cos * cos).max(0.0).sqrt(), 0.0, cos);
-    let half_steps = steps / 2;
-    let mut sum = 0.0;
-    for i in 0..steps {
-        for j in 0..half_steps {
-            // The other half of the circle is its mirror image.
-            let u = [(f64::from(i) + 0.5) / f64::from(steps), (0.5 * f64::from(j) + 0.25) / f64::from(half_steps)];
-            let h = ggx::sample_visible(alpha, eye, u);
-            let cos = eye.dot(h);
-            let light = h * (2.0 * cos) - eye;
-            if light.z > 0.0 {
-                let shadowing =
-                    4.0 * light.z * ggx::visibility(alpha, light, eye) / ggx::masking_over_cosine(alpha, eye);
-                sum += reflectance(cos) * shadowing;
-            }
-        }
-    }
-    sum / f64::from(steps * half_steps)
-}
 
 /// Schlick's reflectance.
 #[inline]
 fn reflectance(cos: f64) -> f64 {
     F0 + (1.0 - F0) * schlick_weight(cos)
+}
+
+/// The albedo E of a coat of weight 1.
+#[inline]
+fn albedo(cos: f64, alpha: f64) -> f64 {
+    if alpha < SMOOTH_ALPHA {
+        return reflectance(cos);
+    }
+    let [whole, grazing] = specular_albedo::schlick(cos, alpha);
+    (F0 * whole + (1.0 - F0) * grazing).min(1.0)
 }
 
 /// A coat at one point, in the base's shading frame; of weight 0 for none.
@@ -114,9 +95,7 @@ impl Coat {
             return 0.0;
         }
         let cos = self.local(w).z.abs().min(1.0);
-        let albedo =
-            if self.alpha < SMOOTH_ALPHA { reflectance(cos) } else { ALBEDO.at(cos, self.alpha.sqrt()).min(1.0) };
-        self.weight * albedo
+        self.weight * albedo(cos, self.alpha)
     }
 
     /// The weight of choosing the coat for light along `w`; 0 where it reflects nothing.
@@ -185,20 +164,6 @@ impl Coat {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_table_is_the_integral() {
-        for i in 0..=20 {
-            let cos = (f64::from(i) / 20.0 * 0.999 + 0.0007).powi(2);
-            for roughness in [0.032_f64, 0.05, 0.1, 0.23, 0.41, 0.7, 1.0] {
-                let exact = albedo(cos, roughness * roughness, 256);
-                let table = ALBEDO.at(cos, roughness);
-                // The first cells hold the steepest part, at directions within a degree of the surface.
-                let tolerance = if cos < 2e-2 { 8e-3 } else { 2e-3 };
-                assert!((table - exact).abs() < tolerance, "{cos} {roughness}: {table} {exact}");
-            }
-        }
-    }
 
     #[test]
     fn a_smooth_coat_reflects_by_schlick() {

@@ -88,6 +88,12 @@ impl DielectricFresnel {
         self.blend((exact - at_normal) / (1.0 - at_normal))
     }
 
+    /// Integral of Schlick's reflectance over a lobe, from that of 1 and that of (1 - cos)^5.
+    #[inline]
+    pub(crate) fn integrated(&self, [whole, grazing]: [f64; 2]) -> Rgb {
+        self.f0 * whole + (self.f90 - self.f0) * grazing
+    }
+
     /// f0 for 0, f90 for 1. An index above 3.7 dips below its value at normal incidence, hence the bound.
     #[inline]
     fn blend(&self, weight: f64) -> Rgb {

@@ -27,6 +27,9 @@ pub trait Roughness: Copy {
 
     /// The largest alpha.
     fn largest(self) -> f64;
+
+    /// The least alpha.
+    fn least(self) -> f64;
 }
 
 impl Roughness for f64 {
@@ -49,6 +52,11 @@ impl Roughness for f64 {
 
     #[inline]
     fn largest(self) -> f64 {
+        self
+    }
+
+    #[inline]
+    fn least(self) -> f64 {
         self
     }
 }
@@ -84,6 +92,11 @@ impl Roughness for Anisotropic {
     #[inline]
     fn largest(self) -> f64 {
         self.x.max(self.y)
+    }
+
+    #[inline]
+    fn least(self) -> f64 {
+        self.x.min(self.y)
     }
 }
 

@@ -6,8 +6,14 @@
 //! | lobe | factor |
 //! |---|---|
 //! | reflection | (1 - m) F + m F_m |
-//! | diffuse | (1 - m) (1 - t) (1 - max F) base |
+//! | diffuse | (1 - m) (1 - t) min(1 - max F, c) base |
 //! | transmission | (1 - m) t (1 - max F) base |
+//!
+//! The cap c on the diffuse lobe is not glTF's: by its formula the lobe gains energy at grazing angles, where the dielectric
+//! reflects almost all, but facets between the eye and light from everywhere do not. With E(w) the dielectric's directional
+//! albedo, c is the lesser (1 - E(w)) / base of light and eye, so that what both lobes make of light along w is at most
+//! E(w) + (1 - E(w)) = 1. Where E(w) + (1 - max F) base <= 1 in both directions, the lobe is the formula's to the bit.
+//! Metal and transmission need no cap, for they are mixed with the dielectric by shares.
 //!
 //! What only some materials have (a thin film, diffuse transmission, different roughness along two axes) is in the type
 //! parameters, so that the common surface, `Layered<f64, Plain>`, does not pay for it.
@@ -22,7 +28,7 @@ use crate::fresnel::DielectricFresnel;
 use crate::ggx::Roughness;
 use crate::interaction::Component;
 use crate::{Rgb, SMOOTH_ALPHA, dirac, lambert, luminance};
-use crate::{microfacet_reflection, microfacet_refraction, thin_transmission};
+use crate::{microfacet_reflection, microfacet_refraction, specular_albedo, thin_transmission};
 
 /// Solids whose index is this close to that of the outside refract as if they were smooth: the rough lobe would be a
 /// thousand times narrower than the roughness that makes it.
@@ -254,10 +260,65 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         self.diffuse == Lobe::Diffuse && (!inside || (E::TRANSLUCENT && self.translucent != Lobe::Absent))
     }
 
-    /// Factor of the diffuse lobe.
+    /// Colour of all diffuse light, reflected and transmitted.
     #[inline]
-    fn diffuse_factor(&self, dielectric: Rgb, inside: bool) -> Rgb {
-        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * through(dielectric);
+    fn diffuse_color(&self) -> Rgb {
+        if !E::TRANSLUCENT {
+            return self.base;
+        }
+        let (share, color) = self.effects.diffuse_transmission();
+        self.base * (1.0 - share) + color * share
+    }
+
+    /// At least the directional albedo of the dielectric's reflection for light along `w`: the albedo itself for a smooth
+    /// surface, and for Schlick's reflectance but for the table's margin.
+    #[inline]
+    fn reflected(&self, w: DVec3) -> Rgb {
+        let (cos, inside) = (w.z.abs(), self.is_inside(w));
+        if self.reflection != Lobe::RoughReflection {
+            return self.dielectric_at(cos, inside);
+        }
+        let at = |alpha: f64| {
+            if self.is_by_schlick() {
+                self.dielectric.integrated(specular_albedo::schlick(cos, alpha))
+            } else {
+                specular_albedo::at_most(|cos| self.dielectric_at(cos, inside), cos, alpha)
+            }
+        };
+        let (least, largest) = (self.alpha.least(), self.alpha.largest());
+        // Between two roughnesses the albedo is about between theirs.
+        if least == largest { at(least) } else { at(least).max(at(largest)) }
+    }
+
+    /// Whether the dielectric's reflectance is Schlick's.
+    #[inline]
+    fn is_by_schlick(&self) -> bool {
+        !self.dielectric.exact && !self.effects.has_film()
+    }
+
+    /// The share of the light that gets to the diffuse lobes and back along `a` and `b`, where the dielectric reflects
+    /// `dielectric`: glTF's 1 - max F, but no more than leaves room for what is reflected. The same for both exchanged.
+    #[inline]
+    fn kept(&self, dielectric: Rgb, a: DVec3, b: DVec3) -> f64 {
+        let kept = through(dielectric);
+        let color = self.diffuse_color();
+        if self.reflection == Lobe::Absent {
+            return kept;
+        }
+        if self.is_by_schlick() {
+            // Away from grazing directions, and on all but bright surfaces, there is room whatever the roughness.
+            let grazing = specular_albedo::schlick_at_most(a.z.abs().min(b.z.abs()));
+            if (color * kept + self.dielectric.integrated([1.0, grazing])).max_element() <= 1.0 {
+                return kept;
+            }
+        }
+        capped(capped(kept, color, self.reflected(a)), color, self.reflected(b))
+    }
+
+    /// Factor of the diffuse lobe of which the share `kept` is left.
+    #[inline]
+    fn diffuse_factor(&self, kept: f64, inside: bool) -> Rgb {
+        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * kept;
         if !E::TRANSLUCENT {
             return self.base * under;
         }
@@ -276,11 +337,11 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         (if inside { 1.0 / n2 } else { n2 }).min(1.0)
     }
 
-    /// Factor of diffuse transmission from this side; `dielectric` is the reflectance for the mirrored pair.
+    /// Factor of diffuse transmission from this side of which the share `kept` is left.
     #[inline]
-    fn translucent_factor(&self, dielectric: Rgb, from_inside: bool) -> Rgb {
+    fn translucent_factor(&self, kept: f64, from_inside: bool) -> Rgb {
         let (share, color) = self.effects.diffuse_transmission();
-        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * through(dielectric);
+        let under = (1.0 - self.metallic) * (1.0 - self.transmission) * kept;
         color * (under * share * self.escaping(from_inside))
     }
 
@@ -301,32 +362,36 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         let alpha = self.alpha.largest();
         let softened = cos + (1.0 - cos) * (1.0 - cos) * alpha / (alpha + 0.5);
         let at = |cos: f64| self.dielectric_at(cos, inside);
+        let reflected = at(if self.reflection == Lobe::MirrorReflection { cos } else { softened });
         let floored = |factor: Rgb, largest: f64| luminance(factor).max(SELECTION_FLOOR * largest);
         let under = luminance(self.base) * (1.0 - self.metallic);
-        // The light that comes back along the normal stands for all of it.
-        let half = || (0.5 * (1.0 + cos)).sqrt();
+        // The light that comes back along the normal stands for all of it, and leaves room for what is reflected.
+        let kept = |inside: bool| {
+            let kept = through(self.dielectric_at((0.5 * (1.0 + cos)).sqrt(), inside));
+            if self.reflection == Lobe::Absent { kept } else { capped(kept, self.diffuse_color(), reflected) }
+        };
         let diffuse = if self.has_diffuse(inside) {
             let largest = if E::TRANSLUCENT {
-                luminance(self.diffuse_factor(Rgb::ZERO, inside))
+                luminance(self.diffuse_factor(1.0, inside))
             } else {
                 under * (1.0 - self.transmission)
             };
-            floored(self.diffuse_factor(at(half()), inside), largest)
+            floored(self.diffuse_factor(kept(inside), inside), largest)
         } else {
             0.0
         };
         let translucent = if E::TRANSLUCENT && self.translucent != Lobe::Absent {
-            let largest = luminance(self.translucent_factor(Rgb::ZERO, inside));
-            floored(self.translucent_factor(self.dielectric_at(half(), self.solid), inside), largest)
+            let largest = luminance(self.translucent_factor(1.0, inside));
+            floored(self.translucent_factor(kept(self.solid), inside), largest)
         } else {
             0.0
         };
         let reflection = match self.reflection {
             Lobe::Absent => 0.0,
-            Lobe::MirrorReflection => luminance(self.reflectance(cos, at(cos), inside)),
+            Lobe::MirrorReflection => luminance(self.reflectance(cos, reflected, inside)),
             _ => {
                 let grazing = self.reflectance(0.0, Rgb::splat(self.dielectric.f90), inside);
-                floored(self.reflectance(softened, at(softened), inside), luminance(grazing))
+                floored(self.reflectance(softened, reflected, inside), luminance(grazing))
             }
         };
         let transmitted = match self.transmitted {
@@ -378,7 +443,7 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         let dielectric = self.dielectric_at(cos, inside);
         let mut f = Rgb::ZERO;
         if self.has_diffuse(inside) {
-            f += lambert::value(self.diffuse_factor(dielectric, inside));
+            f += lambert::value(self.diffuse_factor(self.kept(dielectric, light, eye), inside));
         }
         if self.reflection == Lobe::RoughReflection {
             let lobe = microfacet_reflection::value(self.alpha, light, eye, sum / length);
@@ -401,7 +466,8 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
     #[inline]
     fn eval_translucent(&self, light: DVec3, eye: DVec3) -> Rgb {
         let cos = 0.5 * (thin_transmission::mirrored(light) + eye).length();
-        lambert::value(self.translucent_factor(self.dielectric_at(cos, self.solid), self.is_inside(light)))
+        let kept = self.kept(self.dielectric_at(cos, self.solid), light, eye);
+        lambert::value(self.translucent_factor(kept, self.is_inside(light)))
     }
 
     #[inline]
@@ -568,4 +634,16 @@ fn turned(w: DVec3, from: DVec3) -> DVec3 {
 #[inline]
 fn through(dielectric: Rgb) -> f64 {
     1.0 - dielectric.max_element()
+}
+
+/// `kept`, or as much of it as lets diffuse light of this colour and what is `reflected` be at most 1 in every channel.
+#[inline]
+fn capped(mut kept: f64, color: Rgb, reflected: Rgb) -> f64 {
+    let room = (1.0 - reflected).max(Rgb::ZERO);
+    for (color, room) in color.to_array().into_iter().zip(room.to_array()) {
+        if color * kept > room {
+            kept = room / color;
+        }
+    }
+    kept
 }

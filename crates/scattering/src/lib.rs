@@ -33,6 +33,7 @@ mod packed;
 mod punctual;
 mod repertoire;
 mod sheen;
+mod specular_albedo;
 mod texture;
 mod thin_film;
 mod thin_transmission;

@@ -29,8 +29,8 @@ const MARGIN: f64 = 1.01;
 pub(crate) const PDF: f64 = 0.5 * FRAC_1_PI;
 
 /// The albedo R of the lobe D V with color 1.
-static ALBEDO: LazyLock<AlbedoTable> =
-    LazyLock::new(|| AlbedoTable::new(LEAST_ROUGHNESS, |cos, roughness| raw_albedo(cos, roughness, 64)));
+static ALBEDO: LazyLock<AlbedoTable<1>> =
+    LazyLock::new(|| AlbedoTable::new(LEAST_ROUGHNESS, |cos, roughness| [raw_albedo(cos, roughness, 64)]));
 
 /// R by the midpoint rule over the square root of the other cosine and over the azimuth.
 fn raw_albedo(cos: f64, roughness: f64, steps: u32) -> f64 {
@@ -104,7 +104,7 @@ impl Sheen {
     /// The albedo R of the lobe with color 1 at cosine `cos`.
     #[inline]
     fn raw(&self, cos: f64) -> f64 {
-        MARGIN * ALBEDO.at(cos, self.roughness)
+        MARGIN * ALBEDO.at(cos, self.roughness)[0]
     }
 
     /// The scattering function in 1/sr, and the share of the light that reaches what is below: 1 - max(color) E, with the
@@ -147,7 +147,7 @@ mod tests {
             for roughness in [0.0701, 0.0723, 0.08, 0.1, 0.137, 0.2, 0.31, 0.5, 0.77, 1.0] {
                 let cos = ((f64::from(i) + 0.31) / 40.0).powi(2);
                 let exact = raw_albedo(cos, roughness, 400);
-                let table = ALBEDO.at(cos, roughness);
+                let table = ALBEDO.at(cos, roughness)[0];
                 // Where it is small only its size matters.
                 let error = (table - exact).abs() / exact.max(0.5);
                 assert!(error < MARGIN - 1.0, "{cos} {roughness}: {table} {exact}");

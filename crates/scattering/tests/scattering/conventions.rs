@@ -207,10 +207,13 @@ fn a_smooth_metal_and_a_smooth_coat_keep_the_convention() {
         let coated = Kind::Coated.at(0.0, DVec3::Z);
         identities(&coated, from, to, Component::DiracReflection, Rgb::splat(0.04 + 0.96 * weight));
         assert!(coated.has_rough() && !metal.has_rough());
-        // The diffuse base keeps what the coat lets through at the half vector.
+        // The diffuse base keeps what the coat lets through at the half vector, and no more than the coat does not reflect.
         let w = inclined(0.4 * cos.signum(), 2.0);
-        let m = (1.0 - from.dot((from + w).normalize())).powi(5);
-        let expected = BASE * ((1.0 - (0.04 + 0.96 * m)) / std::f64::consts::PI);
+        let lets_through = |cos: f64| 0.96 - 0.96 * (1.0 - cos.abs()).powi(5);
+        let room = lets_through(from.z).min(lets_through(w.z)) / BASE.max_element();
+        let kept = lets_through(from.dot((from + w).normalize()));
+        assert_eq!(room < kept, cos == 0.2);
+        let expected = BASE * (kept.min(room) / std::f64::consts::PI);
         assert!(relative(coated.eval(from, w, Component::Rough), expected) < 1e-12);
     }
 }

@@ -84,6 +84,8 @@ pub enum Kind {
     BrushedGlass,
     /// A thin film on metal.
     Oiled,
+    /// A thin film on a diffuse surface.
+    Pearl,
     /// A thin film alone.
     SoapFilm,
     /// A solid with a thin film.
@@ -103,13 +105,14 @@ pub enum Kind {
 }
 
 /// All kinds with effects beyond the core's.
-pub const EXTENDED: [Kind; 14] = [
+pub const EXTENDED: [Kind; 15] = [
     Kind::Varnished,
     Kind::Peeled,
     Kind::Velvet,
     Kind::Brushed,
     Kind::BrushedGlass,
     Kind::Oiled,
+    Kind::Pearl,
     Kind::SoapFilm,
     Kind::Opal,
     Kind::Leaf,
@@ -120,7 +123,7 @@ pub const EXTENDED: [Kind; 14] = [
     Kind::EverythingSolid,
 ];
 
-pub const ALL: [Kind; 24] = [
+pub const ALL: [Kind; 25] = [
     Kind::Lambert,
     Kind::Metal,
     Kind::Coated,
@@ -137,6 +140,7 @@ pub const ALL: [Kind; 24] = [
     Kind::Brushed,
     Kind::BrushedGlass,
     Kind::Oiled,
+    Kind::Pearl,
     Kind::SoapFilm,
     Kind::Opal,
     Kind::Leaf,
@@ -225,6 +229,7 @@ impl Kind {
             Self::Brushed => with(metal, MaterialLayers { anisotropy: 0.7, anisotropy_rotation: 0.5, ..layers }),
             Self::BrushedGlass => with(glass, MaterialLayers { anisotropy: 0.5, anisotropy_rotation: -1.0, ..layers }),
             Self::Oiled => with(metal, film),
+            Self::Pearl => with(dielectric, film),
             Self::SoapFilm => with(Material { solid: false, ior: 1.0, ..glass }, film),
             Self::Opal => with(glass, MaterialLayers { iridescence: 0.9, ..film }),
             Self::Leaf => with(dielectric, translucent),
@@ -256,6 +261,7 @@ impl Kind {
                 | Self::Velvet
                 | Self::Brushed
                 | Self::Oiled
+                | Self::Pearl
         )
     }
 

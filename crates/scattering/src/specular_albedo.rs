@@ -175,7 +175,7 @@ mod tests {
             }
             println!("{inside}: {least} {largest} {}", sum / n);
             assert!(least > -2e-4, "{inside}: {least}");
-            assert!(largest < 0.15 && sum / n < 0.04, "{inside}: {largest} {}", sum / n);
+            assert!(largest < 0.11 && sum / n < 0.03, "{inside}: {largest} {}", sum / n);
         }
     }
 }

@@ -56,6 +56,8 @@ fn interactions(criterion: &mut Criterion<ProcessorTime>) {
         ("lambert", Material { specular: 0.0, ..dielectric.clone() }),
         ("metal", Material { metallic: 1.0, ..dielectric.clone() }),
         ("coated", dielectric.clone()),
+        // So bright that the diffuse lobe's cap is asked for at every angle.
+        ("white coated", Material { base_color: Rgb::ONE, ..dielectric.clone() }),
         ("rough glass", Material { transmission: 1.0, solid: true, ..dielectric.clone() }),
         ("smooth glass", Material { transmission: 1.0, solid: true, roughness: 0.0, ..dielectric }),
     ];

@@ -26,6 +26,16 @@ impl<const N: usize> AlbedoTable<N> {
         Self { least_roughness, values: values.collect() }
     }
 
+    /// The table of the largest albedos from each cosine on: they never rise with the cosine.
+    pub(crate) fn falling(mut self) -> Self {
+        for row in self.values.chunks_mut(COSINES) {
+            for i in (1..COSINES).rev() {
+                row[i - 1] = std::array::from_fn(|k| row[i - 1][k].max(row[i][k]));
+            }
+        }
+        self
+    }
+
     /// The albedos, linear between entries. What lies outside the table reads as its edge.
     #[inline]
     pub(crate) fn at(&self, cos: f64, roughness: f64) -> [f64; N] {

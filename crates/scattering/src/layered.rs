@@ -270,11 +270,10 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         self.base * (1.0 - share) + color * share
     }
 
-    /// At least the directional albedo of the dielectric's reflection for light along `w`: the albedo itself for a smooth
-    /// surface, and for Schlick's reflectance but for the table's margin.
+    /// At least the directional albedo of the dielectric's reflection for light at cosine `cos` with the surface: the albedo
+    /// itself for a smooth one.
     #[inline]
-    fn reflected(&self, w: DVec3) -> Rgb {
-        let (cos, inside) = (w.z.abs(), self.is_inside(w));
+    fn reflected(&self, cos: f64, inside: bool) -> Rgb {
         if self.reflection != Lobe::RoughReflection {
             return self.dielectric_at(cos, inside);
         }
@@ -305,14 +304,18 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         if self.reflection == Lobe::Absent {
             return kept;
         }
-        if self.is_by_schlick() {
-            // Away from grazing directions, and on all but bright surfaces, there is room whatever the roughness.
-            let grazing = specular_albedo::schlick_at_most(a.z.abs().min(b.z.abs()));
-            if (color * kept + self.dielectric.integrated([1.0, grazing])).max_element() <= 1.0 {
-                return kept;
-            }
+        if !self.is_by_schlick() {
+            let reflected = |w: DVec3| self.reflected(w.z.abs(), self.is_inside(w));
+            return capped(capped(kept, color, reflected(a)), color, reflected(b));
         }
-        capped(capped(kept, color, self.reflected(a)), color, self.reflected(b))
+        // From both sides the same, and more at the more grazing direction. Most surfaces have room for more than that
+        // whatever the angle, or the roughness, is.
+        let cos = a.z.abs().min(b.z.abs());
+        let most = specular_albedo::schlick_at_most(cos, self.alpha.least());
+        if (color * kept + self.dielectric.integrated([1.0, most])).max_element() <= 1.0 {
+            return kept;
+        }
+        capped(kept, color, self.reflected(cos, false))
     }
 
     /// Factor of the diffuse lobe of which the share `kept` is left.

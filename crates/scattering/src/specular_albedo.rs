@@ -4,7 +4,9 @@
 //! E(w) = integral of F(w·h) D V |cos| over all other directions.
 //!
 //! - Schlick's F is linear in f0 and f90, so that E = f0 A + (f90 - f0) B with A that of F = 1, and B that of
-//!   F = (1 - cos)^5: a table of two numbers over cosine and roughness, for every index and colour.
+//!   F = (1 - cos)^5: a table of two numbers over cosine and roughness, for every index and colour. The table has the
+//!   largest A and B from each cosine on, so that the E of the more grazing of two directions stands for both. A dips by
+//!   about 0.1 where masking sets in, and is that much too large there; B hardly does.
 //! - For any other F a bound: the table has cosines w·h that cut the lobe into parts of known share, and each part counts as
 //!   much as the larger F at its two ends. That is never less than E for an F that only falls with the cosine, as Fresnel's
 //!   does.
@@ -28,6 +30,9 @@ const STEPS: u32 = 48;
 /// By how much B can exceed (1 - cos)^5 at one cosine, for all roughnesses.
 const EXCESS: f64 = 3e-3;
 
+/// B is at most 1 / (1 + this times alpha) at all cosines.
+const FALL: f64 = 15.0;
+
 /// Cosines of an entry of [`CUTS`].
 const CUT: usize = 9;
 
@@ -35,7 +40,7 @@ const CUT: usize = 9;
 /// end anywhere.
 const SHARES: [f64; CUT] = [0.0, 0.05, 0.14, 0.27, 0.41, 0.56, 0.71, 0.86, 1.0];
 
-/// A and B.
+/// A and B, the largest from each cosine on.
 static SCHLICK: LazyLock<AlbedoTable<2>> = LazyLock::new(|| {
     AlbedoTable::new(SMOOTH_ALPHA.sqrt(), |cos, roughness| {
         let mut sums = [0.0; 2];
@@ -45,6 +50,7 @@ static SCHLICK: LazyLock<AlbedoTable<2>> = LazyLock::new(|| {
         });
         sums
     })
+    .falling()
 });
 
 /// Cosines of directions with the facets that reflect them, at [`SHARES`] of the lobe.
@@ -92,16 +98,16 @@ fn cuts(mut facets: Vec<(f64, f64)>) -> [f64; CUT] {
     })
 }
 
-/// A and B at cosine `cos`.
+/// A and B at cosine `cos`, at least those at every larger cosine.
 #[inline]
 pub(crate) fn schlick(cos: f64, alpha: f64) -> [f64; 2] {
     SCHLICK.at(cos, alpha.sqrt()).map(|value| MARGIN * value)
 }
 
-/// At least B at all cosines from `cos` on and for all roughnesses, the smooth surface's too; A is at most 1.
+/// At least B at all cosines from `cos` on and for all roughnesses from alpha on, the smooth surface's too; A is at most 1.
 #[inline]
-pub(crate) fn schlick_at_most(cos: f64) -> f64 {
-    schlick_weight(cos) + EXCESS
+pub(crate) fn schlick_at_most(cos: f64, alpha: f64) -> f64 {
+    (schlick_weight(cos) + EXCESS).min(1.0 / (1.0 + FALL * alpha))
 }
 
 /// At least E at cosine `cos` for facets with a `reflectance` that depends on the cosine with them.
@@ -135,19 +141,22 @@ mod tests {
     #[test]
     fn the_table_is_the_integral_and_its_margin_is_enough() {
         let (mut largest, mut most) = (0.0_f64, f64::NEG_INFINITY);
-        for cos in cosines() {
-            for roughness in ROUGHNESSES {
-                let alpha = roughness * roughness;
+        for roughness in ROUGHNESSES {
+            let alpha = roughness * roughness;
+            let mut before = [f64::INFINITY; 2];
+            for cos in cosines() {
                 let [a, b] = schlick(cos, alpha);
+                assert!(a <= before[0] && b <= before[1], "{cos} {roughness}");
+                before = [a, b];
                 for f0 in [0.0, 0.04, 0.2] {
                     let exact = integral(cos, alpha, |cos| f0 + (1.0 - f0) * schlick_weight(cos));
                     let table = f0 * a + (1.0 - f0) * b;
-                    // The first cells hold the steepest part, at directions within a degree of the surface.
-                    let tolerance = if cos < 2e-2 { 8e-3 } else { 4e-3 };
-                    assert!((table - exact).abs() < tolerance, "{f0} {cos} {roughness}: {table} {exact}");
+                    // Within a degree of the surface masking sets in on the smoothest, and B dips with A.
+                    let tolerance = if cos < 2e-2 { 7e-2 } else { 4e-3 };
+                    assert!((table - exact).abs() < tolerance + 0.12 * f0, "{f0} {cos} {roughness}: {table} {exact}");
                     largest = largest.max(exact - table);
                 }
-                most = most.max(b - schlick_at_most(cos));
+                most = most.max(b - schlick_at_most(cos, alpha));
             }
         }
         println!("{largest} {most}");
@@ -175,7 +184,7 @@ mod tests {
             }
             println!("{inside}: {least} {largest} {}", sum / n);
             assert!(least > -2e-4, "{inside}: {least}");
-            assert!(largest < 0.11 && sum / n < 0.03, "{inside}: {largest} {}", sum / n);
+            assert!(largest < 0.16 && sum / n < 0.05, "{inside}: {largest} {}", sum / n);
         }
     }
 }

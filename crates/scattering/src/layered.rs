@@ -315,7 +315,14 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         if (color * kept + self.dielectric.integrated([1.0, most])).max_element() <= 1.0 {
             return kept;
         }
-        capped(kept, color, self.reflected(cos, false))
+        self.looked_up(kept, cos)
+    }
+
+    /// The cap for Schlick's reflectance by the table. Rare enough to be a call, which keeps the common way short.
+    #[cold]
+    #[inline(never)]
+    fn looked_up(&self, kept: f64, cos: f64) -> f64 {
+        capped(kept, self.diffuse_color(), self.reflected(cos, false))
     }
 
     /// Factor of the diffuse lobe of which the share `kept` is left.

@@ -64,7 +64,7 @@ pub fn measure(effort: &Effort) -> Result<Section, String> {
         title: "Direct light, apart or in the chains",
         parts: vec![
             format!(
-                "By default paths of one and two edges are sampled apart, 32 samples a pixel (`mlt.direct`), and the chains need not \
+                "By default paths of one and two edges are sampled apart, with 32 samples a pixel or more (`mlt.direct`), and the chains need not \
                  find them. {}\npairs of renders of 64 x 64 pixels, {} mutations a pixel each, against the stored references. The last \
                  column is the ratio at equal time: of\nrelMSE times processor time, seeding and direct light included. Above 1, apart \
                  is better.",

@@ -6,7 +6,7 @@ use ergodic_geometry::Frame;
 use ergodic_scattering::{Component, Interaction, Material};
 use glam::DVec3;
 
-use crate::support::{Kind, Outcome, Random, Rings, chi_square_directions, inclined, surface, textures};
+use crate::support::{Kind, Outcome, Random, Rings, chi_square_directions, inclined, is_nightly, surface, textures};
 
 const SAMPLES: u64 = 40_000;
 const ALPHAS: [f64; 6] = [1.0, 0.5, 0.1, 1e-2, 2e-3, 1e-4];
@@ -70,7 +70,7 @@ fn check(kind: Kind, alpha: f64, ns: DVec3, from: DVec3, seed: u64) -> Result<()
 /// as many of each side, at nightly size all.
 fn check_all(kind: Kind, sides: &[f64]) -> Result<(), String> {
     let mut seed = kind as u64 * 1000;
-    let nightly = std::env::var("ERGODIC_TESTS").is_ok_and(|value| value == "nightly");
+    let nightly = is_nightly();
     let is_costly = kind.material(1.0).layers.is_some();
     for (j, alpha) in ALPHAS.into_iter().enumerate() {
         if alpha < 0.05 && kind.is_anisotropic() {

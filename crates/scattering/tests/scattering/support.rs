@@ -458,3 +458,8 @@ pub enum Outcome {
     Other(usize),
     Nothing,
 }
+
+/// Whether tests are to have their nightly sizes.
+pub fn is_nightly() -> bool {
+    std::env::var("ERGODIC_TESTS").is_ok_and(|value| value == "nightly")
+}

@@ -135,8 +135,9 @@ fn a_room_with_corners_is_the_same_series() {
     let eye = Eye { from: DVec3::new(0.3, -0.2, 0.1), at: DVec3::new(-0.9, 0.9, -0.4), up: DVec3::Z, fov: 1.2 };
     let room = (cuboid(DVec3::new(1.0, 1.0, 0.5), true), diffuse(albedo, emission));
     let scene = scene(vec![room], Vec::new(), &eye);
-    // Chains of long paths alone need more than is usual.
-    let samples = USUAL.map(|samples| 1.25 * samples);
+    // Chains of paths of one length need more than is usual.
+    let [path, bidirectional, mutations] = USUAL;
+    let samples = [path, bidirectional, 1.75 * mutations];
     for k in [2, 8_usize] {
         check("room", &scene, k..=k, samples, |_| Rgb::splat(emission * albedo.powi(k as i32 - 1)));
     }

@@ -104,7 +104,6 @@ fn check(
             // A sample is all connections of two walks, as many as the square of their lengths.
             Method::Pssmlt if long => settings.mlt.seeding.max_samples /= 16,
             Method::Mlt if long => settings.mlt.seeding.max_samples /= nightly(4, 1),
-            Method::Mmlt => settings.mlt.seeding.max_samples /= nightly(2, 1),
             _ => {}
         }
         let found = means(scene, &settings);

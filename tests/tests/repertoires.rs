@@ -1,7 +1,6 @@
 //! Code that is compiled for fewer effects gives the same bits as code that has all of them, for every method, and is chosen for scenes
 //! only that have no other effects.
 
-use ergodic_metropolis::Mixture;
 use ergodic_mutations::InRepertoire;
 use ergodic_pathspace::{Effect, Forced, Lengths, PathSpace, Roulette, Scene, Within};
 use ergodic_render::{
@@ -41,8 +40,8 @@ impl Within for Bits {
         let settings = Settings { size: (32, 32), max_edges: LENGTHS.max_edges, ..Settings::default() };
         let mutations = ergodic_mutations::AnyMutation::all();
         let names: Vec<_> = mutations.iter().map(|mutation| mutation.name()).collect();
-        let kernels = mutations.into_iter().map(|mutation| (1.0, InRepertoire::new(mutation)));
-        let mixture = Mixture::new(kernels.collect()).expect("there are mutations");
+        let mixture = InRepertoire::mixture(mutations.into_iter().map(|mutation| (1.0, mutation)).collect())
+            .expect("there are mutations");
         let seeding = Seeding { relative_error: 0.1, max_samples: 20_000 };
         let seeds = Seeds::draw(scene, LENGTHS, ROULETTE, &seeding, seed, &Unobserved);
         bits.push(seeds.b.to_bits());

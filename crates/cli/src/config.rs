@@ -38,12 +38,10 @@ fn offset(text: &str, position: Position) -> usize {
 }
 
 /// What to do about what is wrong at a byte of a config.
-fn mend(text: &str, at: usize) -> &'static str {
-    if text[..at].trim_end().ends_with("Some(") {
-        "write the value alone, without `Some(...)`; `ergodic config` prints every setting with what it means"
-    } else {
-        "`ergodic config` prints every setting with what it means"
-    }
+fn mend(text: &str, at: usize) -> String {
+    let in_some = text[..at].trim_end().ends_with("Some(");
+    let first = if in_some { "write the value alone, without `Some(...)`; " } else { "" };
+    format!("{first}`ergodic config` prints every setting with what it means")
 }
 
 fn error_in(name: &str, text: &str, error: &SpannedError) -> CliError {
@@ -53,7 +51,7 @@ fn error_in(name: &str, text: &str, error: &SpannedError) -> CliError {
         title: format!("{name}, line {line}, column {col}: {}", error.code),
         text: NamedSource::new(name, text.to_string()),
         at: SourceSpan::from((start, end.saturating_sub(start).max(1))),
-        help: mend(text, start).into(),
+        help: mend(text, start),
     }))
 }
 

@@ -27,7 +27,7 @@ pub use volume::Volume;
 use std::marker::PhantomData;
 
 use ergodic_geometry::phase::{self, Phase};
-use ergodic_metropolis::{Density, Mutation, RandomSource};
+use ergodic_metropolis::{Density, Mixture, MixtureError, Mutation, RandomSource};
 use ergodic_pathspace::{Effects, Path, PathSpace};
 use ergodic_scattering::{Everything, Repertoire};
 use serde::{Deserialize, Serialize};
@@ -88,6 +88,15 @@ impl<M, R> InRepertoire<M, R> {
     /// This mutation in the repertoire.
     pub fn new(mutation: M) -> Self {
         Self { mutation, repertoire: PhantomData }
+    }
+
+    /// The mixture of weighted mutations in the repertoire.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Mixture::new`].
+    pub fn mixture(members: Vec<(f64, M)>) -> Result<Mixture<Self>, MixtureError> {
+        Mixture::new(members.into_iter().map(|(weight, mutation)| (weight, Self::new(mutation))).collect())
     }
 }
 

@@ -8,7 +8,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use cpu_time::ThreadTime;
-use ergodic_metropolis::Mixture;
 use ergodic_mutations::InRepertoire;
 use ergodic_pathspace::{Effect, Forced, Lengths, PathSpace, Roulette, Scene, Within};
 use ergodic_render::{
@@ -69,8 +68,7 @@ impl Within for Rounds<'_> {
         let lengths = Lengths { min_edges: 3, max_edges: settings.max_edges };
         let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
-        let kernels = members.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
-        let mixture = Mixture::new(kernels.collect()).expect("the default mixture is sound");
+        let mixture = InRepertoire::mixture(members).expect("the default mixture is sound");
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 100_000 };
         let seeds = Seeds::draw(scene, lengths, roulette, &seeding, settings.seed, &Unobserved);

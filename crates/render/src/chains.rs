@@ -211,7 +211,7 @@ where
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
     let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
-    let renew = |work: &mut Vec<Batch<S>>, generation| {
+    let renew = |work: &mut [Batch<S>], generation| {
         let (chosen, count) = (seeds.chosen(generation, chains), work.len());
         work.par_iter_mut().enumerate().for_each(|(i, batch)| {
             let ((), counts) = counted(|| {
@@ -331,9 +331,9 @@ impl Sums {
 /// Runs all chains by `step` until the budget ends, and lets `renew` make the chains of the next generation from time to time; the
 /// number of mutations made.
 fn run<S: Pictured>(
-    work: &mut Vec<Batch<S>>,
+    work: &mut [Batch<S>],
     sums: &mut Sums,
-    (step, renew): (impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync, impl Fn(&mut Vec<Batch<S>>, u64)),
+    (step, renew): (impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync, impl Fn(&mut [Batch<S>], u64)),
     splats_per_step: u64,
     settings: &Settings,
     chains: usize,

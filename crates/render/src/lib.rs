@@ -177,8 +177,7 @@ impl Within for Render<'_> {
             Method::Mlt => {
                 let mutations = settings.mlt.mutations_for(scene.effects());
                 let names = mutations.iter().map(|(_, mutation)| mutation.name()).collect::<Vec<_>>();
-                let kernels = mutations.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
-                let mixture = Mixture::new(kernels.collect())?;
+                let mixture = InRepertoire::mixture(mutations)?;
                 metropolis(scene, settings, &mixture, &names, start, observer)
             }
             Method::Pssmlt => {

@@ -63,8 +63,7 @@ impl<R: Repertoire> Work<R> {
         // As a render has it: without what can never apply.
         let members = settings.mlt.mutations_for(scene.effects());
         let names: Vec<_> = members.iter().map(|(_, mutation)| mutation.name()).collect();
-        let kernels = members.into_iter().map(|(weight, mutation)| (weight, InRepertoire::new(mutation)));
-        let mixture = Mixture::new(kernels.collect()).map_err(|e| e.to_string())?;
+        let mixture = InRepertoire::mixture(members).map_err(|e| e.to_string())?;
 
         let roulette = Roulette { start: settings.roulette.start, survival: settings.roulette.survival };
         let seeding = Seeding { relative_error: 0.02, max_samples: 500_000 };

@@ -28,7 +28,11 @@ use crate::fresnel::DielectricFresnel;
 use crate::ggx::Roughness;
 use crate::interaction::Component;
 use crate::{Rgb, SMOOTH_ALPHA, dirac, lambert, luminance};
-use crate::{microfacet_reflection, microfacet_refraction, specular_albedo, thin_transmission};
+use crate::{microfacet_reflection, microfacet_refraction, thin_transmission};
+
+mod cap;
+
+use cap::capped;
 
 /// Solids whose index is this close to that of the outside refract as if they were smooth: the rough lobe would be a
 /// thousand times narrower than the roughness that makes it.
@@ -268,61 +272,6 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
         }
         let (share, color) = self.effects.diffuse_transmission();
         self.base * (1.0 - share) + color * share
-    }
-
-    /// At least the directional albedo of the dielectric's reflection for light at cosine `cos` with the surface: the albedo
-    /// itself for a smooth one.
-    #[inline]
-    fn reflected(&self, cos: f64, inside: bool) -> Rgb {
-        if self.reflection != Lobe::RoughReflection {
-            return self.dielectric_at(cos, inside);
-        }
-        let at = |alpha: f64| {
-            if self.is_by_schlick() {
-                self.dielectric.integrated(specular_albedo::schlick(cos, alpha))
-            } else {
-                specular_albedo::at_most(|cos| self.dielectric_at(cos, inside), cos, alpha)
-            }
-        };
-        let (least, largest) = (self.alpha.least(), self.alpha.largest());
-        // Between two roughnesses the albedo is about between theirs.
-        if least == largest { at(least) } else { at(least).max(at(largest)) }
-    }
-
-    /// Whether the dielectric's reflectance is Schlick's.
-    #[inline]
-    fn is_by_schlick(&self) -> bool {
-        !self.dielectric.exact && !self.effects.has_film()
-    }
-
-    /// The share of the light that gets to the diffuse lobes and back along `a` and `b`, where the dielectric reflects
-    /// `dielectric`: glTF's 1 - max F, but no more than leaves room for what is reflected. The same for both exchanged.
-    #[inline]
-    fn kept(&self, dielectric: Rgb, a: DVec3, b: DVec3) -> f64 {
-        let kept = through(dielectric);
-        let color = self.diffuse_color();
-        if self.reflection == Lobe::Absent {
-            return kept;
-        }
-        if !self.is_by_schlick() {
-            let reflected = |w: DVec3| self.reflected(w.z.abs(), self.is_inside(w));
-            return capped(capped(kept, color, reflected(a)), color, reflected(b));
-        }
-        // From both sides the same, and more at the more grazing direction. Most surfaces have room for more than that
-        // whatever the angle, or the roughness, is.
-        let cos = a.z.abs().min(b.z.abs());
-        let most = specular_albedo::schlick_at_most(cos, self.alpha.least());
-        if (color * kept + self.dielectric.integrated([1.0, most])).max_element() <= 1.0 {
-            return kept;
-        }
-        self.looked_up(kept, cos)
-    }
-
-    /// The cap for Schlick's reflectance by the table. Rare enough to be a call, which keeps the common way short.
-    #[cold]
-    #[inline(never)]
-    fn looked_up(&self, kept: f64, cos: f64) -> f64 {
-        capped(kept, self.diffuse_color(), self.reflected(cos, false))
     }
 
     /// Factor of the diffuse lobe of which the share `kept` is left.
@@ -644,16 +593,4 @@ fn turned(w: DVec3, from: DVec3) -> DVec3 {
 #[inline]
 fn through(dielectric: Rgb) -> f64 {
     1.0 - dielectric.max_element()
-}
-
-/// `kept`, or as much of it as lets diffuse light of this colour and what is `reflected` be at most 1 in every channel.
-#[inline]
-fn capped(mut kept: f64, color: Rgb, reflected: Rgb) -> f64 {
-    let room = (1.0 - reflected).max(Rgb::ZERO);
-    for (color, room) in color.to_array().into_iter().zip(room.to_array()) {
-        if color * kept > room {
-            kept = room / color;
-        }
-    }
-    kept
 }

@@ -89,6 +89,7 @@ impl Choices {
     }
 
     /// A deletion: (prefix, number of deleted edges).
+    #[inline(always)]
     fn choose_deletion(&self, rng: &mut impl RandomSource) -> (usize, usize) {
         let mut remaining = rng.uniform() * self.deletion_total();
         let mut deleted = 1;

@@ -47,6 +47,7 @@ impl Caustic {
 
     /// The range of angles, which depends on the path: pixels carried through |x_{k-1} - x_k| over the summed length of
     /// the edges that move. From infinitely far away it is a range of lengths: the pixels' size at x_{k-1}.
+    #[inline(always)]
     fn range<R: Repertoire>(&self, space: &PathSpace<R>, x: &Path<R>, start: usize) -> JumpRange {
         let k = x.length();
         let size_of_pixel = space.scene.camera().length_per_pixel(x.edges[k - 1].length);

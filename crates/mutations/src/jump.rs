@@ -78,7 +78,7 @@ impl JumpRange {
     }
 
     /// A unit direction turned from `w` by an angle drawn from the range.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn turn(&self, w: DVec3, rng: &mut impl RandomSource) -> DVec3 {
         let theta = self.size(rng.uniform());
         let (sin_phi, cos_phi) = sin_cos_turns(rng.uniform());

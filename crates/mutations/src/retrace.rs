@@ -42,7 +42,7 @@ pub(crate) fn length<R: Repertoire>(scene: &Scene<R>, path: &Path<R>, i: usize) 
 /// edge between them. Only vertex 0, the light end, may be the environment.
 ///
 /// The ray leaves from `start` in place of the neighbour, if that is given: an orthographic camera has no position.
-#[inline]
+#[inline(always)]
 pub(crate) fn retrace<R: Repertoire>(
     scene: &Scene<R>,
     x: &Path<R>,

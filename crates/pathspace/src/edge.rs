@@ -35,13 +35,14 @@ pub struct Edge {
     pub transmittance: Rgb,
 }
 
+#[inline(always)]
 fn cosine<R: Repertoire>(vertex: &Vertex<R>, w: DVec3) -> f64 {
     if vertex.has_area() { vertex.interaction.ng.dot(w).abs() } else { 1.0 }
 }
 
 impl Edge {
     /// The edge from `light_side` to `eye_side`.
-    #[inline]
+    #[inline(always)]
     pub fn new<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let mut edge = Self::between(scene, light_side, eye_side);
         if scene.scatters() {
@@ -95,7 +96,7 @@ impl Edge {
 
     /// The segment as if nothing covered or scattered. A light without extent is not seen itself: on the image it would be a Dirac,
     /// which only strategies that connect it with the eye could make, and no pixel could show. So G = 0 between the two.
-    #[inline]
+    #[inline(always)]
     fn between<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         let mut edge = Self::straight(scene, light_side, eye_side);
         if light_side.is_without_extent() && eye_side.is_eye() {
@@ -104,7 +105,7 @@ impl Edge {
         edge
     }
 
-    #[inline]
+    #[inline(always)]
     fn straight<R: Repertoire>(scene: &Scene<R>, light_side: &Vertex<R>, eye_side: &Vertex<R>) -> Self {
         if light_side.is_distant() {
             let direction = light_side.interaction.ng;

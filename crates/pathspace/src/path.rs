@@ -169,7 +169,7 @@ impl<R: Repertoire> Path<R> {
     }
 
     /// Derives the edges `from..to` from the vertices.
-    #[inline]
+    #[inline(always)]
     pub fn derive_edges(&mut self, scene: &Scene<R>, from: usize, to: usize) {
         for i in from..to {
             self.edges[i] = Edge::new(scene, &self.vertices[i], &self.vertices[i + 1]);

@@ -304,7 +304,7 @@ impl<R: Repertoire> Scene<R> {
     }
 
     /// Makes `vertex` the point of the surface that was hit, as if met in air, for light of a wavelength.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn place(&self, hit: &Hit, wavelength: Wavelength, vertex: &mut Vertex<R>) {
         let _phase = phase::enter(Phase::Shading);
         let surface = self.parts.world.surface(hit);
@@ -498,7 +498,7 @@ impl<R: Repertoire> Scene<R> {
     }
 
     /// Whether two vertices see each other. Symmetric to the bit.
-    #[inline]
+    #[inline(always)]
     pub fn mutually_visible(&self, a: &Vertex<R>, b: &Vertex<R>) -> bool {
         if self.has_partial_coverage() {
             return self.visibility(a, b) > 0.0;

@@ -111,7 +111,7 @@ impl Bsdf {
     }
 
     /// The scattering function without the shading-normal factor.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn eval<R: Repertoire>(&self, frame: &Frame, light: DVec3, eye: DVec3, component: Component) -> Rgb {
         match self {
             Self::Lambert(lambert) if component == Component::Rough => {
@@ -139,7 +139,7 @@ impl Bsdf {
     }
 
     /// A direction drawn with [`Self::pdf`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sample<R: Repertoire>(&self, frame: &Frame, from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
         match self {
             Self::Lambert(lambert) => {

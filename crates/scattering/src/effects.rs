@@ -16,7 +16,7 @@ pub trait Effects: Copy {
     }
 
     /// Reflectance of the dielectric for a ray at cosine `cos` with its facet.
-    #[inline]
+    #[inline(always)]
     fn dielectric(&self, fresnel: &DielectricFresnel, cos: f64, inside: bool) -> Rgb {
         fresnel.at(cos, inside)
     }

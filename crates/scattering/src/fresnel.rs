@@ -62,7 +62,7 @@ impl DielectricFresnel {
     }
 
     /// Reflectance for a ray at cosine `cos` > 0 with the facet's normal, inside or outside the dielectric.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, cos: f64, inside: bool) -> Rgb {
         if !self.exact {
             return self.blend(schlick_weight(cos));

@@ -88,7 +88,7 @@ impl<R: Repertoire> Interaction<R> {
     /// f(a -> b) / n_b^2 = f(b -> a) / n_a^2 without that factor (Veach, eq. 5.14), which for the lobe of a coat with a
     /// normal of its own is |w_light·Nc| / |w_light·Ng|. For a Dirac component see [`Component`]: the directions must obey
     /// the law of reflection or refraction.
-    #[inline]
+    #[inline(always)]
     pub fn eval(&self, w_light: DVec3, w_eye: DVec3, component: Component) -> Rgb {
         if !self.accepts(w_light) || !self.accepts(w_eye) {
             return Rgb::ZERO;
@@ -112,7 +112,7 @@ impl<R: Repertoire> Interaction<R> {
 
     /// A direction and its component, drawn with [`Self::pdf`] from three numbers in [0, 1). `None` when nothing scatters
     /// or the direction came out where the density is 0; that is part of the distribution, not to be redrawn.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, w_from: DVec3, u: [f64; 3]) -> Option<(DVec3, Component)> {
         let _phase = phase::enter(Phase::Shading);
         if !self.accepts(w_from) {
@@ -125,7 +125,7 @@ impl<R: Repertoire> Interaction<R> {
 
     /// The one direction that a Dirac component leads to; `None` under total internal reflection, where the normals
     /// disagree about it, or if there is no such component.
-    #[inline]
+    #[inline(always)]
     pub fn dirac_direction(&self, w_from: DVec3, component: Component) -> Option<DVec3> {
         let _phase = phase::enter(Phase::Shading);
         if !self.accepts(w_from) {

@@ -21,7 +21,7 @@ pub(crate) fn pdf(to: DVec3) -> f64 {
 }
 
 /// A local direction on the upper side.
-#[inline]
+#[inline(always)]
 pub(crate) fn sample(u: [f64; 2]) -> DVec3 {
     warp::cosine_hemisphere(u)
 }
@@ -47,7 +47,7 @@ impl Lambert {
     }
 
     /// A direction on the side of a direction with cosine `cos_from`; `None` for a black surface.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sample(&self, frame: &Frame, cos_from: f64, u: [f64; 2]) -> Option<DVec3> {
         if self.albedo == Rgb::ZERO {
             return None;

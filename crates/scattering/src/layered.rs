@@ -453,7 +453,7 @@ impl<R: Roughness, E: Effects> Layered<R, E> {
     }
 
     /// Density of sampling `to` given `from`, with the probability of choosing the component; see [`Component`] for Dirac.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn pdf(&self, from: DVec3, to: DVec3, component: Component) -> f64 {
         self.pdf_with(&self.selection(from), from, to, component)
     }

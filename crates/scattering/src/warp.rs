@@ -21,7 +21,7 @@ fn spherical(z: f64, one_minus_z: f64, azimuth: f64) -> DVec3 {
 }
 
 /// A point uniform over the unit disk (Shirley and Chiu 1997): concentric squares become concentric circles.
-#[inline]
+#[inline(always)]
 pub fn concentric_disk(u: [f64; 2]) -> DVec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     if x == 0.0 && y == 0.0 {

@@ -16,4 +16,5 @@ mod primary_laws;
 mod rendering;
 mod repertoires;
 mod strategies;
+mod two_stage;
 mod volume_laws;

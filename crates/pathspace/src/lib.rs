@@ -2,6 +2,7 @@
 //! connection and multiple importance sampling.
 
 mod bidirectional;
+mod brightness;
 mod census;
 mod contribution;
 mod coverage;
@@ -22,6 +23,7 @@ mod subpath;
 mod vertex;
 
 pub use bidirectional::{BidirectionalSampler, Connection, Lengths};
+pub use brightness::BrightnessMap;
 pub use census::{Census, Effect, Effects, Finding, Forced, Plan};
 pub use contribution::{Contribution, contribution};
 pub use coverage::Coverage;

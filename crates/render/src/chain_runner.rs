@@ -1,11 +1,12 @@
 //! One chain of any kind of states and what it leaves behind: splats by expected values, statistics, faults.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use ergodic_geometry::phase::{self, Phase};
 use ergodic_metropolis::{Chain, Fault, Mixture, Mutation, NotProposed, RandomSource, Step, Target};
 use ergodic_mutations::{Rejection, Splice};
-use ergodic_pathspace::{LuminanceTarget, Measured, Path, PathClass};
+use ergodic_pathspace::{BrightnessMap, LuminanceTarget, Measured, Path, PathClass};
 use ergodic_scattering::Repertoire;
 use rand_pcg::Pcg64Dxsm;
 
@@ -20,7 +21,10 @@ pub type ChainStep = Step<(usize, Splice), NotProposed<Rejection>>;
 /// A state whose chain makes a picture: a path, or a sample of a point of primary sample space.
 pub trait Pictured: Clone + Send {
     /// What its chains spend their time by.
-    type Target: Target<State = Self, Value: Send> + Default;
+    type Target: Target<State = Self, Value: Send> + Clone + Default + Send + Sync;
+
+    /// The target: luminance, or luminance over the brightness of the image.
+    fn target(brightness: Option<Arc<BrightnessMap>>) -> Self::Target;
 
     /// The class of its path.
     fn class(&self) -> PathClass;
@@ -37,6 +41,10 @@ pub type ValueOf<S> = <<S as Pictured>::Target as Target>::Value;
 
 impl<R: Repertoire> Pictured for Path<R> {
     type Target = LuminanceTarget<R>;
+
+    fn target(brightness: Option<Arc<BrightnessMap>>) -> LuminanceTarget<R> {
+        LuminanceTarget::new(brightness)
+    }
 
     #[inline]
     fn class(&self) -> PathClass {
@@ -81,6 +89,7 @@ pub struct FaultRecord {
 #[derive(Clone, Debug)]
 pub struct ChainRunner<S: Pictured = Path> {
     index: u64,
+    target: S::Target,
     chain: Chain<S, ValueOf<S>>,
     rng: Pcg64Dxsm,
     class: PathClass,
@@ -157,18 +166,23 @@ impl ChainRunner {
 }
 
 impl<S: Pictured> ChainRunner<S> {
-    /// A chain that starts at `start`.
+    /// A chain that starts at `start`, and whose target is luminance.
     pub fn new(index: u64, start: S, rng: Pcg64Dxsm) -> Self {
+        Self::with_target(S::Target::default(), index, start, rng)
+    }
+
+    /// A chain that starts at `start`.
+    pub fn with_target(target: S::Target, index: u64, start: S, rng: Pcg64Dxsm) -> Self {
         let class = start.class();
-        let chain = Chain::new(start, &S::Target::default());
-        Self { index, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
+        let chain = Chain::new(start, &target);
+        Self { index, target, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
     }
 
     /// Becomes another chain, that of number `index` which starts at `start`. What it shows of its mixing goes on.
     pub(crate) fn begin_anew(&mut self, index: u64, start: S, rng: Pcg64Dxsm, ledger: &mut Ledger) {
         self.finish(ledger);
         self.class = start.class();
-        self.chain = Chain::new(start, &S::Target::default());
+        self.chain = Chain::new(start, &self.target);
         (self.index, self.rng, self.steps) = (index, rng, 0);
     }
 
@@ -200,7 +214,7 @@ impl<S: Pictured> ChainRunner<S> {
         M: Mutation<State = S>,
     {
         self.steps += 1;
-        self.chain.step(&S::Target::default(), mixture, space, &mut Accounted(&mut self.rng))
+        self.chain.step(&self.target, mixture, space, &mut Accounted(&mut self.rng))
     }
 
     /// Takes `count` steps.

@@ -1,10 +1,11 @@
 //! Many chains in parallel: who runs when, where their splats go, and the picture and report that come of it.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_mutations::Rejection;
-use ergodic_pathspace::{Lengths, Scene};
+use ergodic_pathspace::{BrightnessMap, Lengths, Scene};
 use ergodic_scattering::{Repertoire, Rgb};
 use rayon::prelude::*;
 
@@ -12,6 +13,7 @@ use crate::bidirectional::BidirectionalPathTracer;
 use crate::bins::CAPACITY;
 use crate::chain_runner::{ChainRunner, FaultRecord, Ledger, Pictured};
 use crate::counts::{Counts, counted};
+use crate::first_stage::SHARE_OF_SEEDING;
 use crate::layers::{self, LayerSums, Layers};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Until};
@@ -26,9 +28,8 @@ const ROUND: u64 = 256;
 // A buffer must take what one chain leaves behind in a round.
 const _: () = assert!((ROUND as usize) < CAPACITY);
 
-/// Greatest shares of a budget of time that seeding and direct light take.
-pub(crate) const SEEDING_SHARE: f64 = 0.25;
-const DIRECT_SHARE: f64 = 0.25;
+/// Greatest share of a budget of time that seeding takes, and that direct light takes.
+pub(crate) const GREATEST_SHARE: f64 = 0.25;
 
 /// Mutations that take about as long as a sample of the seeding, and as one of direct light, where a budget is in mutations.
 const MUTATIONS_PER_SEED: f64 = 3.0;
@@ -42,7 +43,7 @@ const DIRECT_EDGES: usize = 2;
 pub struct MltReport {
     /// Estimate of b, the mean luminance over the image of the paths that the chains sample.
     pub b: f64,
-    /// Standard error of b over b.
+    /// Standard error of b over b; with two stages that of the integral of their target.
     pub b_relative_error: f64,
     /// Independent samples that b comes from.
     pub seeding_samples: u64,
@@ -91,6 +92,9 @@ pub(crate) struct Rendered {
 /// What chains start from.
 pub(crate) struct Start<B> {
     pub(crate) seeds: Seeds,
+    /// What the target is divided by.
+    pub(crate) brightness: Option<Arc<BrightnessMap>>,
+    /// Seconds of the first stage and of seeding.
     pub(crate) seeding_seconds: f64,
     /// The state that the seed of a number is.
     pub(crate) begin: B,
@@ -98,13 +102,21 @@ pub(crate) struct Start<B> {
     pub(crate) splats_per_step: u64,
 }
 
-/// What watches over the parts of a render: with a budget of time, what comes before the chains may take a part of it only.
-fn until<'a>(settings: &Settings, start: Instant, share: f64, observer: &'a dyn Observer) -> Until<'a> {
+/// What watches over a part of a render that begins at `start` and comes before the chains: it may take its share of a budget of time
+/// only, so that the chains have as large a part of a short budget as of a long one.
+pub(crate) fn until<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
+    let share = if settings.mlt.share > 0.0 { settings.mlt.share } else { GREATEST_SHARE };
     let deadline = match settings.budget {
         Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share).ok().map(|part| start + part),
         Budget::SamplesPerPixel(_) => None,
     };
     Until { observer, deadline }
+}
+
+/// The same for the first stage, which has a part of the time for seeding.
+pub(crate) fn until_first_stage<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
+    let Until { observer, deadline } = until(settings, start, observer);
+    Until { observer, deadline: deadline.map(|deadline| start + (deadline - start).mul_f64(SHARE_OF_SEEDING)) }
 }
 
 /// What a part of a render before the chains does at least, so that its error goes down with that of the chains.
@@ -144,11 +156,6 @@ pub(crate) fn seeding_effort(settings: &Settings, start: Instant) -> Effort {
     Effort { least: least_work(settings, start, MUTATIONS_PER_SEED), ..Effort::from(&settings.mlt.seeding) }
 }
 
-/// What ends the seeding of a render that began at `start`.
-pub(crate) fn until_seeded<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
-    until(settings, start, SEEDING_SHARE, observer)
-}
-
 /// Renders by chains that are at their start and make steps by `mixture`. `names` has one entry for each of its members.
 ///
 /// A picture that would be all black is an error: there is nothing that a chain could start from.
@@ -173,7 +180,7 @@ where
     let filter = settings.filter.filter();
     let roulette = settings.roulette.roulette();
     let lengths = chain_lengths(settings);
-    let Start { seeds, seeding_seconds, begin, splats_per_step } = chains;
+    let Start { seeds, brightness, seeding_seconds, begin, splats_per_step } = chains;
 
     let direct_start = Instant::now();
     let mut counts = seeds.counts;
@@ -189,7 +196,7 @@ where
             filter,
             |passes| least.limit(passes as f64 / wanted),
             (settings.seed, Purpose::Direct),
-            (Stage::Direct, &until(settings, start, SEEDING_SHARE + DIRECT_SHARE, observer)),
+            (Stage::Direct, &until(settings, direct_start, observer)),
         );
         picture.add(&sampled.picture(scene));
         counts += sampled.counts;
@@ -206,7 +213,7 @@ where
     let mutation_start = Instant::now();
     let states: Vec<S> = seeds.chosen(0, settings.mlt.chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
     let chains = states.len();
-    let mut work = share_out(states, settings, names);
+    let mut work = share_out(states, &S::target(brightness), settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
@@ -236,7 +243,7 @@ where
     sums.merge(&mut work);
     let layers = sums.layers.as_ref().map(|layers| {
         let chains_of = |part: usize| work.iter().skip(part).step_by(parts).map(|batch| batch.runners.len()).sum();
-        let scale = |chains: usize| seeds.b * scene.camera().image_area_pixels() / (steps as f64 * chains as f64);
+        let scale = |chains: usize| seeds.target * scene.camera().image_area_pixels() / (steps as f64 * chains as f64);
         layers.finish(&(0..layers.parts()).map(|part| scale(chains_of(part))).collect::<Vec<_>>())
     });
     let traces: Vec<&ChainTrace> = work.iter().flat_map(|b| &b.runners).map(ChainRunner::trace).collect();
@@ -251,8 +258,8 @@ where
         counts += batch.counts;
     }
     if mutations > 0 {
-        // I_j = b E[h_j f / C], h_j a density over the image of unit area (Veach 11.3).
-        picture.add(&sums.film.develop(seeds.b * scene.camera().image_area_pixels() / mutations as f64));
+        // I_j = b E[h_j f / C], h_j a density over the image of unit area and b the integral of C (Veach 11.3).
+        picture.add(&sums.film.develop(seeds.target * scene.camera().image_area_pixels() / mutations as f64));
     }
     let report = MltReport {
         b: seeds.b,
@@ -281,7 +288,12 @@ pub(crate) fn chain_lengths(settings: &Settings) -> Lengths {
 }
 
 /// Chain i goes to batch i modulo the number of batches, which depends on the number of chains only.
-fn share_out<S: Pictured>(states: Vec<S>, settings: &Settings, names: &[&'static str]) -> Vec<Batch<S>> {
+fn share_out<S: Pictured>(
+    states: Vec<S>,
+    target: &S::Target,
+    settings: &Settings,
+    names: &[&'static str],
+) -> Vec<Batch<S>> {
     let count = BATCHES.min(states.len());
     let mut work: Vec<Batch<S>> = (0..count)
         .map(|_| Batch {
@@ -292,7 +304,8 @@ fn share_out<S: Pictured>(states: Vec<S>, settings: &Settings, names: &[&'static
         })
         .collect();
     for (index, state) in states.into_iter().enumerate() {
-        let runner = ChainRunner::new(index as u64, state, stream(settings.seed, Purpose::Chain, index as u64));
+        let (index_of_chain, rng) = (index as u64, stream(settings.seed, Purpose::Chain, index as u64));
+        let runner = ChainRunner::with_target(target.clone(), index_of_chain, state, rng);
         work[index % count].runners.push(runner);
     }
     work

@@ -8,6 +8,7 @@ mod chain_runner;
 mod chains;
 mod counts;
 mod film;
+mod first_stage;
 mod grid;
 mod layers;
 mod memory;

@@ -50,7 +50,7 @@ impl ChainTrace {
     /// The chain was at a path for `steps` steps, the last of which took it away or was the last of all.
     #[inline]
     pub(crate) fn record(&mut self, at: &Measured, class: PathClass, steps: u64) {
-        let ln_luminance = at.luminance.ln();
+        let ln_luminance = at.target.ln();
         self.ln_luminance.add_run(ln_luminance, steps);
         self.image_x.add_run(at.raster.x, steps);
         self.image_y.add_run(at.raster.y, steps);

@@ -7,8 +7,9 @@ use ergodic_mutations::{Rejection, Splice};
 use ergodic_pathspace::{Path, PathSpace, Scene};
 use ergodic_scattering::Repertoire;
 
-use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord};
-use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until_seeded};
+use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Pictured};
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_first_stage};
+use crate::first_stage::brightness;
 use crate::observer::{Observer, Unobserved};
 use crate::seeding::Seeds;
 use crate::streams::{Purpose, stream};
@@ -29,13 +30,15 @@ where
 {
     let lengths = chain_lengths(settings);
     let seeding_start = Instant::now();
-    let watch = until_seeded(settings, start, observer);
+    let watch = until(settings, start, observer);
     let roulette = settings.roulette.roulette();
     let effort = seeding_effort(settings, start);
-    let seeds = Seeds::draw(scene, lengths, roulette, effort, settings.seed, &watch);
+    let (brightness, counts) = brightness(scene, settings, &until_first_stage(settings, start, observer));
+    let mut seeds = Seeds::draw_for(scene, brightness.clone(), (lengths, roulette), effort, settings.seed, &watch);
+    seeds.counts += counts;
     let begin = |seeds: &Seeds, seed| seeds.path(scene, seed);
-    let chains =
-        chains::Start { seeding_seconds: seeding_start.elapsed().as_secs_f64(), seeds, begin, splats_per_step: 1 };
+    let seeding_seconds = seeding_start.elapsed().as_secs_f64();
+    let chains = chains::Start { seeds, brightness, seeding_seconds, begin, splats_per_step: 1 };
     let space = PathSpace { scene: scene.clone(), lengths };
     chains::render(scene, settings, chains, (mixture, &space), names, start, observer)
 }
@@ -61,11 +64,13 @@ where
     let (lengths, chains) = (chain_lengths(settings), settings.mlt.chains);
     let roulette = settings.roulette.roulette();
     let effort = seeding_effort(settings, Instant::now());
-    let seeds = Seeds::draw(scene, lengths, roulette, effort, settings.seed, &Unobserved);
+    let (brightness, _) = brightness(scene, settings, &Unobserved);
+    let seeds = Seeds::draw_for(scene, brightness.clone(), (lengths, roulette), effort, settings.seed, &Unobserved);
     let (generation, slot) = (record.chain / chains as u64, (record.chain % chains as u64) as usize);
     let start = seeds.path(scene, *seeds.chosen(generation, chains).get(slot)?);
     let space = PathSpace { scene: scene.clone(), lengths };
-    let mut after = ChainRunner::new(record.chain, start, stream(settings.seed, Purpose::Chain, record.chain));
+    let (target, rng) = (Path::target(brightness), stream(settings.seed, Purpose::Chain, record.chain));
+    let mut after = ChainRunner::with_target(target, record.chain, start, rng);
     for _ in 0..record.step {
         after.step(mixture, &space);
     }

@@ -4,9 +4,11 @@
 //! A sample is a pair of walks with many connections. One of them, chosen by its luminance, stands for it while the order of the
 //! samples is found (`starts`), and is the path that a chain begins with.
 
+use std::sync::Arc;
+
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
-use ergodic_pathspace::{BidirectionalSampler, Connection, Lengths, Path, PathClass, Roulette, Scene};
+use ergodic_pathspace::{BidirectionalSampler, BrightnessMap, Connection, Lengths, Path, PathClass, Roulette, Scene};
 use ergodic_scattering::{Repertoire, luminance};
 use glam::DVec2;
 use rand_pcg::Pcg64Dxsm;
@@ -20,9 +22,19 @@ use crate::settings::MOST_SEEDS;
 use crate::starts::{self, GOLDEN, Seed};
 use crate::streams::{Purpose, stream};
 
-/// Samples between two looks at the error of b, as chunks times samples in a chunk.
-const CHUNKS: u64 = 64;
+/// Samples between two looks at the error of b, as chunks times samples in a chunk. The first look comes sooner, for short budgets of
+/// time: after a chunk of `FIRST_CHUNK`, and then whenever there are twice as many samples.
+pub(crate) const CHUNKS: u64 = 64;
 const CHUNK: u64 = 256;
+const FIRST_CHUNK: u64 = 16;
+
+/// Before there are so many samples, their error tells little.
+const FEW: u64 = CHUNKS * CHUNK;
+
+/// How long the chunks are when there are so many samples.
+pub(crate) fn chunk_after(samples: u64) -> u64 {
+    CHUNK.min(FIRST_CHUNK.max(samples / CHUNKS))
+}
 
 /// Seeds that are kept at most. When there would be more, they are thinned to half as many, which costs the starts little: they are
 /// far fewer.
@@ -50,7 +62,8 @@ impl From<&Seeding> for Effort {
 impl Effort {
     /// How much of the effort has been made, in [0, 1].
     fn done(&self, samples: u64, relative_error: f64) -> f64 {
-        let of_error = (self.relative_error / relative_error).powi(2).max(samples as f64 / self.max_samples as f64);
+        let of_error = (self.relative_error / relative_error).powi(2).min(samples as f64 / FEW as f64);
+        let of_error = of_error.max(samples as f64 / self.max_samples as f64);
         let (samples, least) = (samples as f64, self.least.samples);
         let of_samples = if samples < least { samples / least } else { 1.0 };
         self.least.limit(of_error.min(of_samples))
@@ -62,6 +75,8 @@ impl Effort {
 pub(crate) struct Weighed {
     /// Its luminance.
     pub(crate) luminance: f64,
+    /// What it counts as a start: the chains' target, summed over its paths.
+    pub(crate) weight: f64,
     /// The class of its path, or of the one that stands for it.
     pub(crate) class: PathClass,
     /// Where that path meets the image.
@@ -76,32 +91,39 @@ pub struct Seeds {
     samples: u64,
     /// Estimate of b, the mean luminance over the image of all paths of the chains' lengths.
     pub b: f64,
-    /// Standard error of b over b.
+    /// Estimate of the integral of the chains' target: b, or with a map of brightness the mean of luminance over brightness.
+    pub target: f64,
+    /// Standard error of the target's integral over itself.
     pub relative_error: f64,
     /// What was traced and left out; a sample that was left out counts as 0.
     pub counts: Counts,
     seed: u64,
     lengths: Lengths,
     roulette: Roulette,
+    brightness: Option<Arc<BrightnessMap>>,
 }
 
-/// Chooses one of the connections of a sample, with probability in proportion to luminance, as they come.
-struct Choice {
+/// Chooses one of the connections of a sample, with probability in proportion to the chains' target, as they come.
+struct Choice<'a> {
+    brightness: Option<&'a BrightnessMap>,
     /// Uniform in [0, 1) whatever was chosen so far.
     u: f64,
     sum: f64,
+    luminance: f64,
     chosen: Option<Connection>,
 }
 
-impl Choice {
+impl<'a> Choice<'a> {
     /// For the sample of this number.
-    fn new(seed: u64, index: u64) -> Self {
-        Self { u: stream(seed, Purpose::Starts, index).uniform(), sum: 0.0, chosen: None }
+    fn new(brightness: Option<&'a BrightnessMap>, seed: u64, index: u64) -> Self {
+        Self { brightness, u: stream(seed, Purpose::Starts, index).uniform(), sum: 0.0, luminance: 0.0, chosen: None }
     }
 
     /// One more connection; whether it is the chosen one so far.
     fn offer(&mut self, connection: &Connection) -> bool {
-        let weight = luminance(connection.contribution());
+        let luminance = luminance(connection.contribution());
+        let weight = self.brightness.map_or(luminance, |brightness| luminance / brightness.at(connection.raster));
+        self.luminance += luminance;
         self.sum += weight;
         let share = if weight > 0.0 { weight / self.sum } else { 0.0 };
         let takes = self.u < share;
@@ -126,9 +148,22 @@ impl Seeds {
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
+        Self::draw_for(scene, None, (lengths, roulette), effort, seed, observer)
+    }
+
+    /// The same for chains whose target is luminance over brightness.
+    pub fn draw_for<R: Repertoire>(
+        scene: &Scene<R>,
+        brightness: Option<Arc<BrightnessMap>>,
+        (lengths, roulette): (Lengths, Roulette),
+        effort: impl Into<Effort>,
+        seed: u64,
+        observer: &dyn Observer,
+    ) -> Self {
         let sampler = || BidirectionalSampler::new(lengths, roulette);
+        let map = brightness.as_deref();
         let weigh = |sampler: &mut BidirectionalSampler<R>, index: u64, rng: &mut Pcg64Dxsm| {
-            let mut choice = Choice::new(seed, index);
+            let mut choice = Choice::new(map, seed, index);
             let mut class = PathClass::MANY;
             sampler.sample(scene, rng, |sampler, connection| {
                 if choice.offer(&connection) {
@@ -136,9 +171,11 @@ impl Seeds {
                 }
             });
             let raster = choice.chosen.map_or(DVec2::ZERO, |connection| connection.raster);
-            Weighed { luminance: choice.sum, class, raster }
+            Weighed { luminance: choice.luminance, weight: choice.sum, class, raster }
         };
-        Self::draw_by(sampler, weigh, scene.camera().size(), (lengths, roulette), effort, seed, observer)
+        let size = scene.camera().size();
+        let seeds = Self::draw_by(sampler, weigh, size, (lengths, roulette), effort, seed, observer);
+        Self { brightness, ..seeds }
     }
 
     /// The same with samples of any kind: `weigh` takes the sample of a number with a sampler that `sampler` makes; `size` is that of the
@@ -156,14 +193,16 @@ impl Seeds {
             seeds: Vec::new(),
             samples: 0,
             b: 0.0,
+            target: 0.0,
             relative_error: 1.0,
             counts: Counts::default(),
             seed,
             lengths,
             roulette,
+            brightness: None,
         };
         let effort = effort.into();
-        let (mut sum, mut sum_of_squares) = (0.0, 0.0);
+        let (mut sum, mut sum_of_squares, mut luminance) = (0.0, 0.0, 0.0);
         if lengths.min_edges > lengths.max_edges {
             // No path is asked for, so b is exactly 0.
             seeds.relative_error = 0.0;
@@ -172,40 +211,44 @@ impl Seeds {
         // What is no number counts as 0.
         let weigh = |sampler: &mut S, index: u64| {
             let weighed = weigh(sampler, index, &mut stream(seed, Purpose::Seeding, index));
-            let carries = is_usable_number(Place::Seed, weighed.luminance) && weighed.luminance > 0.0;
-            carries.then(|| Seed {
-                weight: weighed.luminance,
-                place: starts::place(weighed.class, weighed.raster, size),
-                index: index as u32,
+            let carries = is_usable_number(Place::Seed, weighed.weight) && weighed.weight > 0.0;
+            carries.then(|| {
+                let place = starts::place(weighed.class, weighed.raster, size);
+                (Seed { weight: weighed.weight, place, index: index as u32 }, weighed.luminance)
             })
         };
         loop {
             let first = seeds.samples;
-            let chunks: Vec<(Vec<Seed>, Counts)> = (0..CHUNKS)
+            let length = chunk_after(first);
+            let chunks: Vec<(Vec<(Seed, f64)>, Counts)> = (0..CHUNKS)
                 .into_par_iter()
                 .map(|chunk| {
                     let mut sampler = sampler();
-                    let start = first + chunk * CHUNK;
-                    counted(|| (start..start + CHUNK).filter_map(|index| weigh(&mut sampler, index)).collect())
+                    let start = first + chunk * length;
+                    counted(|| (start..start + length).filter_map(|index| weigh(&mut sampler, index)).collect())
                 })
                 .collect();
             for (chunk, counts) in chunks {
                 seeds.counts += counts;
-                for seed in chunk {
+                for (seed, of_seed) in chunk {
+                    luminance += of_seed;
                     sum += seed.weight;
                     sum_of_squares += seed.weight * seed.weight;
                     seeds.seeds.push(seed);
                 }
             }
-            seeds.samples += CHUNKS * CHUNK;
+            seeds.samples += CHUNKS * length;
             seeds.thin();
             let n = seeds.samples as f64;
-            seeds.b = sum / n;
-            let variance = (sum_of_squares / n - seeds.b * seeds.b).max(0.0) / (n - 1.0);
-            seeds.relative_error = if seeds.b > 0.0 { variance.sqrt() / seeds.b } else { f64::INFINITY };
+            (seeds.b, seeds.target) = (luminance / n, sum / n);
+            let variance = (sum_of_squares / n - seeds.target * seeds.target).max(0.0) / (n - 1.0);
+            seeds.relative_error = if seeds.target > 0.0 { variance.sqrt() / seeds.target } else { f64::INFINITY };
             let done = effort.done(seeds.samples, seeds.relative_error);
             observer.progress(Stage::Seeding, done);
-            if done >= 1.0 || seeds.samples >= MOST_SEEDS || observer.should_stop() {
+            let enough = done >= 1.0 || seeds.samples >= MOST_SEEDS;
+            // Without a seed there is nothing to go on with, so that a short budget waits for one a little longer.
+            let stops = (sum > 0.0 || seeds.samples >= FEW) && observer.should_stop();
+            if enough || stops {
                 starts::sort(&mut seeds.seeds);
                 return seeds;
             }
@@ -214,7 +257,7 @@ impl Seeds {
 
     /// Keeps the list from growing for good.
     fn thin(&mut self) {
-        if self.seeds.len() + (CHUNKS * CHUNK) as usize > KEPT {
+        if self.seeds.len() + FEW as usize > KEPT {
             starts::sort(&mut self.seeds);
             // No two lists that are thinned end with the same number of samples.
             let offset = stream(self.seed, Purpose::Thinning, self.samples).uniform();
@@ -241,7 +284,7 @@ impl Seeds {
     /// The path that stands for the sample of a number.
     pub(crate) fn path<R: Repertoire>(&self, scene: &Scene<R>, index: u64) -> Path<R> {
         let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
-        let mut choice = Choice::new(self.seed, index);
+        let mut choice = Choice::new(self.brightness.as_deref(), self.seed, index);
         let mut rng = stream(self.seed, Purpose::Seeding, index);
         sampler.sample(scene, &mut rng, |_, connection| _ = choice.offer(&connection));
         let mut path = Path::with_capacity(self.lengths.max_edges);

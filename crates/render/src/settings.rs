@@ -5,7 +5,7 @@ use ergodic_pathspace::{CameraDescription, Effects, Forced, Lengths, Projection,
 use ergodic_scattering::{Lens, Medium, Rgb};
 use serde::{Deserialize, Serialize};
 
-use crate::chains::SEEDING_SHARE;
+use crate::chains::GREATEST_SHARE;
 use crate::primary::PrimaryMutation;
 
 /// Settings of one render.
@@ -270,12 +270,16 @@ pub struct MltSettings {
     pub chains: usize,
     /// Mutations after which a chain begins anew from another start; 0 for never.
     pub mutations_per_start: u64,
+    /// Whether the chains' target is luminance over the brightness of the image, as a first stage of few samples saw it, and not luminance
+    /// itself, so that dark parts get as good as bright ones.
+    pub two_stage: bool,
     /// Light that arrives by at most one bounce.
     pub direct: Direct,
     /// The independent samples that estimate b and start the chains.
     pub seeding: Seeding,
-    /// Least share of the work that seeding has, and that direct light has, at most a quarter: of the time if the budget is one of
-    /// time, else of the time that its mutations are expected to take.
+    /// Share of the work that seeding has, and that direct light has, at most a quarter. Of a budget of time it is what they get, or
+    /// with 0 what they need and at most a quarter; where the budget is in mutations, it is the least share of the time that these are
+    /// expected to take.
     pub share: f64,
     /// Whether to keep numbers for each pixel: acceptance, standard error, longest stay.
     pub layers: bool,
@@ -372,6 +376,7 @@ impl Default for MltSettings {
             mutations: AnyMutation::default_mixture(),
             chains: 512,
             mutations_per_start: 4096,
+            two_stage: true,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
             share: 0.1,
@@ -558,8 +563,8 @@ impl MltSettings {
             let given = self.seeding.max_samples;
             return Err(format!("mlt.seeding.max_samples is {given}; it must be from 1000 to {MOST_SEEDS}"));
         }
-        if !(0.0..=SEEDING_SHARE).contains(&self.share) {
-            return Err(format!("mlt.share is {}; it must be from 0 to {SEEDING_SHARE}", self.share));
+        if !(0.0..=GREATEST_SHARE).contains(&self.share) {
+            return Err(format!("mlt.share is {}; it must be from 0 to {GREATEST_SHARE}", self.share));
         }
         for (i, (weight, mutation)) in self.mutations.iter().enumerate() {
             if !(weight.is_finite() && *weight >= 0.0) {

@@ -21,6 +21,8 @@ pub enum Purpose {
     Pilot = 7,
     /// The seeds that are kept where there are too many.
     Thinning = 8,
+    /// The first stage, which sees how bright each part of the image is.
+    FirstStage = 9,
 }
 
 /// One round of the mixing function of splitmix64 (Steele, Lea, Flood 2014).

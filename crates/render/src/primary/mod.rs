@@ -22,7 +22,8 @@ pub use coordinates::{Coordinates, PrimarySample};
 pub use multiplexed::Multiplexed;
 pub use mutation::{PrimaryMutation, PrimarySpace, PrimaryTarget, PrimaryValue};
 
-use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until_seeded};
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_first_stage};
+use crate::first_stage::brightness;
 use crate::observer::Observer;
 use crate::seeding::{Seeds, Weighed};
 use crate::streams::{Purpose, stream};
@@ -42,18 +43,22 @@ pub(crate) fn render<E: Estimator + Sync>(
     let names: Vec<&str> = mixture.members().iter().map(|(_, mutation)| mutation.name()).collect();
     let space = PrimarySpace { scene: scene.clone() };
     let seeding_start = Instant::now();
-    let seeds = Seeds::draw_by(
+    let (brightness, counts) = brightness(scene, settings, &until_first_stage(settings, start, observer));
+    let target = PrimaryTarget::new(brightness.clone());
+    let mut seeds = Seeds::draw_by(
         || PrimarySample::new(estimator.clone()),
         |sample, _, rng| {
             sample.draw(scene, rng);
-            Weighed { luminance: sample.luminance(), class: sample.class(), raster: sample.brightest() }
+            let (luminance, weight) = (sample.luminance(), target.of(sample));
+            Weighed { luminance, weight, class: sample.class(), raster: sample.brightest() }
         },
         scene.camera().size(),
         (chain_lengths(settings), settings.roulette.roulette()),
         seeding_effort(settings, start),
         settings.seed,
-        &until_seeded(settings, start, observer),
+        &until(settings, start, observer),
     );
+    seeds.counts += counts;
     let begin = |_: &Seeds, seed: u64| {
         let mut sample = PrimarySample::new(estimator.clone());
         sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed));
@@ -62,6 +67,7 @@ pub(crate) fn render<E: Estimator + Sync>(
     let chains = chains::Start {
         seeding_seconds: seeding_start.elapsed().as_secs_f64(),
         seeds,
+        brightness,
         begin,
         // One at the image point, and one for every connection of a vertex to the eye.
         splats_per_step: settings.max_edges as u64 + 1,

@@ -2,11 +2,12 @@
 
 use std::convert::Infallible;
 use std::marker::PhantomData;
+use std::sync::Arc;
 
 use ergodic_metropolis::unit_cube::SmallStep;
 use ergodic_metropolis::{Density, Mutation, RandomSource, Target};
-use ergodic_pathspace::Scene;
-use ergodic_scattering::{Everything, Repertoire};
+use ergodic_pathspace::{BrightnessMap, Scene};
+use ergodic_scattering::{Everything, Repertoire, luminance};
 
 use super::coordinates::{Coordinates, PrimarySample};
 use crate::Estimator;
@@ -94,21 +95,50 @@ impl<E: Estimator> Mutation for PrimaryMutation<E> {
     }
 }
 
-/// The target: the luminance of what a sample brings to the image, as a density over the unit cube.
-#[derive(Clone, Copy, Debug)]
-pub struct PrimaryTarget<E>(PhantomData<E>);
+/// The target: the luminance of what a sample brings to the image, as a density over the unit cube. With a map of the image's brightness
+/// the light that arrives at each point is divided by the brightness there.
+#[derive(Debug)]
+pub struct PrimaryTarget<E> {
+    brightness: Option<Arc<BrightnessMap>>,
+    estimator: PhantomData<fn() -> E>,
+}
+
+impl<E> PrimaryTarget<E> {
+    /// The luminance, over `brightness` if there is a map of it.
+    pub fn new(brightness: Option<Arc<BrightnessMap>>) -> Self {
+        Self { brightness, estimator: PhantomData }
+    }
+}
 
 impl<E> Default for PrimaryTarget<E> {
     fn default() -> Self {
-        Self(PhantomData)
+        Self::new(None)
+    }
+}
+
+impl<E> Clone for PrimaryTarget<E> {
+    fn clone(&self) -> Self {
+        Self::new(self.brightness.clone())
+    }
+}
+
+impl<E: Estimator> PrimaryTarget<E> {
+    /// Its value.
+    pub(crate) fn of(&self, x: &PrimarySample<E>) -> f64 {
+        match &self.brightness {
+            None => x.luminance(),
+            Some(brightness) => {
+                x.splats().iter().map(|(raster, color)| luminance(*color) / brightness.at(*raster)).sum()
+            }
+        }
     }
 }
 
 /// What one evaluation of [`PrimaryTarget`] yields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrimaryValue {
-    /// The luminance.
-    pub luminance: Density,
+    /// The target.
+    pub target: Density,
 }
 
 impl<E: Estimator> Target for PrimaryTarget<E> {
@@ -116,14 +146,14 @@ impl<E: Estimator> Target for PrimaryTarget<E> {
     type Value = PrimaryValue;
 
     fn evaluate(&self, x: &PrimarySample<E>) -> PrimaryValue {
-        PrimaryValue { luminance: Density::new(x.luminance()) }
+        PrimaryValue { target: Density::new(self.of(x)) }
     }
 
     fn ln_density(value: &PrimaryValue) -> f64 {
-        value.luminance.ln()
+        value.target.ln()
     }
 
     fn density(value: &PrimaryValue) -> Density {
-        value.luminance
+        value.target
     }
 }

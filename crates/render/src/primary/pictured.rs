@@ -1,6 +1,8 @@
 //! What a chain of primary samples leaves on the film, and what is watched of it.
 
-use ergodic_pathspace::{Measured, PathClass};
+use std::sync::Arc;
+
+use ergodic_pathspace::{BrightnessMap, Measured, PathClass};
 use ergodic_scattering::Rgb;
 
 use super::coordinates::PrimarySample;
@@ -11,18 +13,22 @@ use crate::{Estimator, SplatBuffer};
 impl<E: Estimator> Pictured for PrimarySample<E> {
     type Target = PrimaryTarget<E>;
 
+    fn target(brightness: Option<Arc<BrightnessMap>>) -> PrimaryTarget<E> {
+        PrimaryTarget::new(brightness)
+    }
+
     fn class(&self) -> PathClass {
         self.class()
     }
 
     /// A sample may light many points of the image, so that it has no one colour.
     fn measured(&self, value: &PrimaryValue) -> Measured {
-        Measured { luminance: value.luminance, color: Rgb::ZERO, raster: self.brightest() }
+        Measured { target: value.target, color: Rgb::ZERO, raster: self.brightest() }
     }
 
-    fn leave(&self, _value: &PrimaryValue, visits: f64, splats: &mut SplatBuffer) {
+    fn leave(&self, value: &PrimaryValue, visits: f64, splats: &mut SplatBuffer) {
         if visits > 0.0 {
-            let scale = visits / self.luminance();
+            let scale = visits / value.target.value();
             self.splats().iter().for_each(|(raster, color)| splats.splat(*raster, *color * scale));
         }
     }

@@ -128,7 +128,7 @@ pub struct AccuracyOptions {
     /// Wall time that all may take: 30s, 10m, 1.5h, or a number of seconds. With a longer one the same command goes on
     #[arg(long, value_parser = seconds, value_name = "TIME", default_value = "10m")]
     pub time_limit: f64,
-    /// Independent replicas of each method at each budget
+    /// Independent replicas of each method at the longest budgets; short ones, which cost little, have up to 16 times as many
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..=1000))]
     pub replicas: u16,
     /// The first budget in seconds; every further one is twice the one before

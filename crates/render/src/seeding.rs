@@ -31,6 +31,9 @@ const FIRST_CHUNK: u64 = 16;
 /// Before there are so many samples, their error tells little.
 const FEW: u64 = CHUNKS * CHUNK;
 
+/// So many samples are drawn even if the time for them is over: of fewer, single bright ones start too many of the chains.
+const LEAST: u64 = 4096;
+
 /// How long the chunks are when there are so many samples.
 pub(crate) fn chunk_after(samples: u64) -> u64 {
     CHUNK.min(FIRST_CHUNK.max(samples / CHUNKS))
@@ -247,7 +250,8 @@ impl Seeds {
             observer.progress(Stage::Seeding, done);
             let enough = done >= 1.0 || seeds.samples >= MOST_SEEDS;
             // Without a seed there is nothing to go on with, so that a short budget waits for one a little longer.
-            let stops = (sum > 0.0 || seeds.samples >= FEW) && observer.should_stop();
+            let least = if sum > 0.0 { LEAST } else { FEW };
+            let stops = seeds.samples >= least && observer.should_stop();
             if enough || stops {
                 starts::sort(&mut seeds.seeds);
                 return seeds;

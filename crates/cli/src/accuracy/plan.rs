@@ -63,6 +63,20 @@ pub struct Plan {
 /// Budgets that there must be, for a slope to have a meaning.
 const LEAST_LEVELS: usize = 3;
 
+/// The budgets before the last that have as many replicas as are asked for, and no more.
+const ONCE: usize = 3;
+
+/// So many times as many replicas a budget has at most.
+const MOST_TIMES: usize = 16;
+
+/// Replicas at one of `levels` budgets. What a method meets rarely and brightly may decide its error, and few replicas of a short budget
+/// never meet it: they would tell a small error with a small interval. So each shorter budget has twice as many, which together take no
+/// longer than those of the fourth to last.
+fn replicas_at(level: usize, levels: usize, asked: usize) -> usize {
+    let shorter = (levels - 1 - level).saturating_sub(ONCE) as u32;
+    asked * MOST_TIMES.min(1 << shorter.min(MOST_TIMES.ilog2()))
+}
+
 impl Plan {
     /// As many budgets, each twice the one before, as fit into the seconds left; what the journal has is not done again.
     pub fn new(
@@ -73,33 +87,37 @@ impl Plan {
         journal: &Journal,
     ) -> Result<Self, CliError> {
         let first = options.first;
-        let (mut tasks, mut all, mut planned, mut levels) = (Vec::new(), 0, 0.0, 0);
-        for level in 0.. {
-            let seconds = first * 2f64.powi(level);
-            let level = level as usize;
-            let mut of_level = Vec::new();
-            for replica in 0..usize::from(options.replicas) {
-                // Each replica begins with another method.
-                for turn in 0..entrants.len() {
-                    let entrant = (turn + replica) % entrants.len();
-                    of_level.push(Task { entrant, level, seconds, replica });
+        let of_levels = |levels: usize| {
+            let (mut tasks, mut all, mut cost) = (Vec::new(), 0, 0.0);
+            for level in 0..levels {
+                let seconds = first * 2f64.powi(level as i32);
+                let mut of_level = Vec::new();
+                for replica in 0..replicas_at(level, levels, options.replicas.into()) {
+                    // Each replica begins with another method.
+                    for turn in 0..entrants.len() {
+                        let entrant = (turn + replica) % entrants.len();
+                        of_level.push(Task { entrant, level, seconds, replica });
+                    }
                 }
+                let (count, before) = (of_level.len(), tasks.len());
+                let done = |task: &Task| journal.has(&entrants[task.entrant].name, task.level, task.replica);
+                tasks.extend(of_level.into_iter().filter(|task| !done(task)));
+                cost += (tasks.len() - before) as f64 * seconds / threads.min(count) as f64;
+                all += count;
             }
-            let missing: Vec<Task> = of_level
-                .iter()
-                .copied()
-                .filter(|task| !journal.has(&entrants[task.entrant].name, task.level, task.replica))
-                .collect();
-            let cost = missing.len() as f64 * seconds / threads.min(of_level.len()) as f64;
-            if planned + cost > left {
+            (Self { tasks, all }, cost)
+        };
+        let mut fits = None;
+        let mut levels = 0;
+        loop {
+            let (plan, cost) = of_levels(levels + 1);
+            if cost > left {
                 break;
             }
-            planned += cost;
-            all += of_level.len();
-            tasks.extend(missing);
+            fits = Some(plan);
             levels += 1;
         }
-        if levels < LEAST_LEVELS {
+        let Some(plan) = fits.filter(|_| levels >= LEAST_LEVELS) else {
             let each =
                 first * f64::from((1 << LEAST_LEVELS) - 1) * (entrants.len() * usize::from(options.replicas)) as f64;
             return Err(CliError::Said(format!(
@@ -109,8 +127,8 @@ impl Plan {
                 entrants.len(),
                 options.replicas,
             )));
-        }
-        Ok(Self { tasks, all })
+        };
+        Ok(plan)
     }
 
     /// In the order in which they are done.
@@ -121,5 +139,21 @@ impl Plan {
     /// Number of replicas once all is done.
     pub fn all(&self) -> usize {
         self.all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_budgets_have_more_replicas_for_no_more_time() {
+        let counts: Vec<usize> = (0..9).map(|level| replicas_at(level, 9, 4)).collect();
+        assert_eq!(counts, [64, 64, 32, 16, 8, 4, 4, 4, 4]);
+        for (level, count) in counts.iter().enumerate().skip(1).take(4) {
+            assert_eq!(count << level, counts[5] << 5, "a level takes the time of the fourth to last");
+        }
+        assert_eq!([0, 1, 2].map(|level| replicas_at(level, 3, 2)), [2; 3]);
+        assert_eq!(replicas_at(0, 200, 3), 48);
     }
 }

@@ -208,7 +208,7 @@ impl Accuracy {
         let mut lines = table::lines(&head, &rows);
         lines.push(String::new());
         lines.push(format!(
-            "intervals of 95 % from {} replicas; times are processor seconds of one thread, seeding included; the slope should be -1",
+            "intervals of 95 % from {} replicas or more; times are processor seconds of one thread, seeding included; the slope should be -1",
             self.replicas
         ));
         for (late, early, when) in self.crossings() {
@@ -228,6 +228,7 @@ impl Accuracy {
             let points = (0..entry.budgets.len()).map(|i| {
                 let mut point = json!({
                     "budget_seconds": entry.budgets[i],
+                    "replicas": entry.curves[0].points[i].len(),
                     "seconds": entry.curves[0].means()[i].0,
                     "wall_seconds": entry.wall[i],
                     "bias": entry.bias.get(i).map_or(Value::Null, interval),
@@ -263,13 +264,13 @@ impl Accuracy {
     }
 
     fn csv(&self) -> String {
-        let mut csv = String::from("method,budget_seconds,seconds,wall_seconds");
+        let mut csv = String::from("method,budget_seconds,replicas,seconds,wall_seconds");
         METRICS.iter().for_each(|m| csv.push_str(&format!(",{0},{0}_low,{0}_high", m.key)));
         csv.push_str(",bias,bias_error\n");
         for entry in &self.entries {
             for (i, budget) in entry.budgets.iter().enumerate() {
-                let name = &entry.name;
-                csv.push_str(&format!("{name},{budget},{},{}", entry.curves[0].means()[i].0, entry.wall[i]));
+                let (name, replicas) = (&entry.name, entry.curves[0].points[i].len());
+                csv.push_str(&format!("{name},{budget},{replicas},{},{}", entry.curves[0].means()[i].0, entry.wall[i]));
                 for curve in &entry.curves {
                     let e = curve.errors()[i];
                     csv.push_str(&format!(",{},{},{}", e.value, e.low, e.high));

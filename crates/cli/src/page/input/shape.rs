@@ -140,6 +140,7 @@ pub struct Picture {
 #[derive(Deserialize)]
 struct Point {
     budget_seconds: f64,
+    replicas: Option<u64>,
     seconds: f64,
     rel_mse: Interval,
     trimmed_rel_mse: Interval,

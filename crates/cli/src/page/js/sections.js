@@ -73,6 +73,7 @@ function accuracySections(document_) {
     element("details", {}, element("summary", {}, "All points"), table("Means over replicas", [
       { name: "method", wide: true, of: (r) => r.name },
       { name: "budget", of: (r) => r.p.budget_seconds, show: (r) => figure(r.p.budget_seconds, seconds) },
+      { name: "replicas", of: (r) => r.p.replicas, show: (r) => figure(r.p.replicas) },
       { name: "time", of: (r) => r.p.seconds, show: (r) => figure(r.p.seconds, seconds) },
       ...METRICS.map(([name, field]) => ({ name, of: (r) => r.p[field].value, show: (r) => interval(r.p[field]) })),
       { name: "bias", of: (r) => r.p.bias?.value, show: (r) => interval(r.p.bias, signedPercent) },

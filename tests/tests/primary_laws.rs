@@ -2,11 +2,12 @@
 
 use ergodic_laws::faults::Scaled;
 use ergodic_laws::{Invariance, detailed_balance, one_step_invariance, way_back};
+use ergodic_metropolis::diagnostics::Moments;
 use ergodic_metropolis::{Mixture, Mutation};
 use ergodic_pathspace::{PathClass, PathSpace, Roulette};
 use ergodic_render::{
     BidirectionalPathTracer, Estimator, Multiplexed, PathTracer, PrimaryMutation, PrimarySample, PrimarySpace,
-    PrimaryTarget, Purpose, stream,
+    PrimaryTarget, Purpose, Seedable, stream,
 };
 use ergodic_scattering::{Everything, luminance};
 use ergodic_tests::{nightly, space};
@@ -141,4 +142,44 @@ fn small_steps_keep_the_length_of_a_multiplexed_path_and_change_everything_else(
     println!("{lit} lit, {moved} of them at another image point; lengths {lengths:?}");
     assert!(lit > 500 && moved * 10 > lit * 9, "{lit} {moved}");
     assert!(lengths[2..].iter().all(|n| *n > 20), "{lengths:?}");
+}
+
+/// Weighted means of functions of single samples, and of the seeds that multiplexed sampling chooses among all strategies, are the same;
+/// and seeds vary less.
+#[test]
+fn multiplexed_seeds_have_the_density_of_the_target() {
+    for name in ["cornell", "glass"] {
+        let space = space(name, SIZE, LENGTHS);
+        let estimator = Multiplexed::new(&space.scene, LENGTHS, 1);
+        let target = PrimaryTarget::default();
+        let (mut single, mut seed) = (PrimarySample::new(estimator.clone()), PrimarySample::new(estimator));
+        let new = || vec![Moments::new(); 7];
+        let (mut plain, mut seeds, mut wrong) = (new(), new(), new());
+        let add = |all: &mut Vec<Moments>, weight: f64, x: &PrimarySample<Multiplexed>| {
+            let values = if weight > 0.0 { functions(x) } else { [0.0; 6] };
+            all[0].add(weight);
+            all[1..].iter_mut().zip(values).for_each(|(moments, value)| moments.add(weight * value));
+        };
+        for index in 0..nightly(40_000, 1_000_000) {
+            single.draw(&space.scene, &mut stream(5, Purpose::Seeding, index));
+            add(&mut plain, single.luminance(), &single);
+            let found = Seedable::seed(&mut seed, &space.scene, &target, &mut stream(6, Purpose::Seeding, index));
+            assert_eq!(found.luminance, found.weight, "without a map of brightness both are the same");
+            assert!(found.weight == 0.0 || seed.luminance() > 0.0, "{name}: seed {index} carries nothing");
+            add(&mut seeds, found.weight, &seed);
+            // The light of the strategy that was chosen, in the place of that of all.
+            add(&mut wrong, if found.weight > 0.0 { seed.luminance() } else { 0.0 }, &seed);
+        }
+        let t = |others: &[Moments]| {
+            let of = |(a, b): (&Moments, &Moments)| {
+                (a.mean() - b.mean()).abs() / a.standard_error().hypot(b.standard_error()).max(f64::MIN_POSITIVE)
+            };
+            plain.iter().zip(others).map(of).fold(0.0, f64::max)
+        };
+        let (right, wrong) = (t(&seeds), t(&wrong));
+        let gain = plain[0].variance() / seeds[0].variance();
+        println!("{name}: max |t| {right:.1}, with the wrong weight {wrong:.1}; {gain:.1} times less variance of b");
+        // 14 comparisons, two-sided 1e-4 by Sidak: 4.5.
+        assert!(right < 4.5 && wrong > 4.5 && gain > 1.5, "{name}: {right} {wrong} {gain}");
+    }
 }

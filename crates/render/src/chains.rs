@@ -21,7 +21,7 @@ use crate::sampling::{all, sample_until};
 use crate::seeding::{Effort, Seeds};
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
-use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
+use crate::{BATCHES, Budget, Direct, Film, MltSettings, Picture, RenderError, Settings};
 
 /// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
 const ROUND: u64 = 256;
@@ -34,6 +34,19 @@ pub(crate) const GREATEST_SHARE: f64 = 0.25;
 /// Mutations that take about as long as a sample of the seeding, and as one of direct light, where a budget is in mutations.
 const MUTATIONS_PER_SEED: f64 = 3.0;
 const MUTATIONS_PER_DIRECT_SAMPLE: f64 = 1.0;
+
+/// Chains, and steps of each, that tell how long a mutation takes.
+const TRIAL_CHAINS: usize = 8;
+const TRIAL_STEPS: u64 = 32;
+
+/// Seconds that hardly any mutation takes.
+const DEAR: f64 = 1e-4;
+
+/// Mutations that a chain should make if it never begins anew.
+const LIFE: f64 = 4096.0;
+
+/// Chains that there are at least, unless the settings have fewer.
+const LEAST_CHAINS: usize = 16;
 
 /// Paths of more than this many edges are indirect.
 const DIRECT_EDGES: usize = 2;
@@ -211,13 +224,26 @@ where
     }
 
     let mutation_start = Instant::now();
-    let states: Vec<S> = seeds.chosen(0, settings.mlt.chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
+    let target = S::target(brightness);
+    let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
+    let trial = || {
+        let runner = |seed| {
+            let rng = stream(settings.seed, Purpose::Trial, seed);
+            ChainRunner::with_target(target.clone(), 0, begin(&seeds, seed), rng)
+        };
+        let mut runners: Vec<ChainRunner<S>> = seeds.chosen(0, TRIAL_CHAINS).into_iter().map(runner).collect();
+        let mut ledgers = vec![Ledger::new(settings, names); runners.len()];
+        let (steps, trial_start) = (TRIAL_STEPS.min(longest_round(splats_per_step)), Instant::now());
+        runners.iter_mut().zip(&mut ledgers).for_each(|(runner, ledger)| step(runner, steps, ledger));
+        trial_start.elapsed().as_secs_f64() / (runners.len() as u64 * steps) as f64
+    };
+    let chains = count_of_chains(settings, start, trial);
+    let states: Vec<S> = seeds.chosen(0, chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
     let chains = states.len();
-    let mut work = share_out(states, &S::target(brightness), settings, names);
+    let mut work = share_out(states, &target, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
     let layers = (settings.mlt.layers && chains > 0).then(|| LayerSums::new(settings.film_size(), filter, parts));
     let mut sums = Sums { film: Film::new(width, height, filter), layers };
-    let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
     let renew = |work: &mut [Batch<S>], generation| {
         let (chosen, count) = (seeds.chosen(generation, chains), work.len());
         work.par_iter_mut().enumerate().for_each(|(i, batch)| {
@@ -276,6 +302,29 @@ where
         faults,
     };
     Ok(Rendered { picture, report, counts })
+}
+
+/// How many chains there are at once. With a budget of time there may be fewer than the settings have, so that each makes as many
+/// mutations as it would before it began anew: many short chains make a picture of little but their starts, of which a bright one
+/// may be several.
+fn count_of_chains(settings: &Settings, start: Instant, seconds_per_mutation: impl FnOnce() -> f64) -> usize {
+    let MltSettings { chains, mutations_per_start, .. } = settings.mlt;
+    let Budget::Seconds(seconds) = settings.budget else { return chains };
+    let left = seconds - start.elapsed().as_secs_f64();
+    let life = if mutations_per_start > 0 { mutations_per_start as f64 } else { LIFE };
+    // A long budget needs no trial: hardly any mutation is as dear as this.
+    let threads = settings.worker_threads();
+    if left * threads as f64 > chains as f64 * life * DEAR {
+        return chains;
+    }
+    let least = LEAST_CHAINS.max(threads);
+    let count = left * threads as f64 / (seconds_per_mutation() * life);
+    if count.is_finite() { (count as usize).max(least).min(chains) } else { chains }
+}
+
+/// Steps of a round at most: what a chain leaves behind has to find room in an empty buffer.
+fn longest_round(splats_per_step: u64) -> u64 {
+    (ROUND / splats_per_step).max(1)
 }
 
 /// Lengths of the paths that the chains sample.
@@ -354,8 +403,7 @@ fn run<S: Pictured>(
     observer: &dyn Observer,
 ) -> u64 {
     let ((width, height), budget) = (settings.film_size(), settings.budget);
-    // What a chain leaves in a round has to find room in an empty buffer.
-    let longest = (ROUND / splats_per_step).max(1);
+    let longest = longest_round(splats_per_step);
     if chains == 0 {
         return 0;
     }
@@ -398,4 +446,30 @@ fn run<S: Pictured>(
 fn share_of_time(elapsed: Duration, begun: Duration, seconds: f64) -> f64 {
     let left = seconds - begun.as_secs_f64();
     if left > 0.0 { (elapsed - begun).as_secs_f64() / left } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_budgets_have_fewer_chains_of_full_length() {
+        let count = |seconds, mutations_per_start, each| {
+            let mut settings = Settings { threads: 2, budget: Budget::Seconds(seconds), ..Settings::default() };
+            settings.mlt.mutations_per_start = mutations_per_start;
+            count_of_chains(&settings, Instant::now(), || each) as f64
+        };
+        let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.02;
+        // Two threads, a mutation a microsecond.
+        assert!(near(count(1.0, 4096, 1e-6), 2e6 / 4096.0));
+        assert!(near(count(0.5, 8192, 1e-6), 1e6 / 8192.0) && near(count(0.5, 0, 1e-6), 1e6 / 4096.0));
+        assert_eq!(count(20.0, 4096, 1e-6), 512.0);
+        assert_eq!(count(1e-3, 4096, 1e-6), 16.0);
+        assert_eq!(count(1.0, 4096, f64::NAN), 512.0, "without a seed nothing is known");
+        let many = Settings { threads: 40, budget: Budget::Seconds(1e-3), ..Settings::default() };
+        assert_eq!(count_of_chains(&many, Instant::now(), || 1e-6), 40);
+        // Mutations that are counted are shared by all chains.
+        let counted = Settings { budget: Budget::SamplesPerPixel(0.01), ..Settings::default() };
+        assert_eq!(count_of_chains(&counted, Instant::now(), || 1e-6), 512);
+    }
 }

@@ -37,11 +37,11 @@ pub use mlt::{Replayed, replay};
 pub use observer::{Observer, Stage, Unobserved};
 pub use path_tracer::PathTracer;
 pub use primary::{
-    Coordinates, Multiplexed, PrimaryMutation, PrimarySample, PrimarySpace, PrimaryTarget, PrimaryValue,
+    Coordinates, Multiplexed, PrimaryMutation, PrimarySample, PrimarySpace, PrimaryTarget, PrimaryValue, Seedable,
 };
 pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
-pub use seeding::{Effort, Seeds};
+pub use seeding::{Effort, Seeds, Weighed};
 pub use settings::{
     Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, MediumSettings,
     Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,

@@ -75,15 +75,15 @@ impl Effort {
 
 /// What is seen of one sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Weighed {
+pub struct Weighed {
     /// Its luminance.
-    pub(crate) luminance: f64,
+    pub luminance: f64,
     /// What it counts as a start: the chains' target, summed over its paths.
-    pub(crate) weight: f64,
+    pub weight: f64,
     /// The class of its path, or of the one that stands for it.
-    pub(crate) class: PathClass,
+    pub class: PathClass,
     /// Where that path meets the image.
-    pub(crate) raster: DVec2,
+    pub raster: DVec2,
 }
 
 /// The samples that chains start from.

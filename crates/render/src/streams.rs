@@ -23,6 +23,8 @@ pub enum Purpose {
     Thinning = 8,
     /// The first stage, which sees how bright each part of the image is.
     FirstStage = 9,
+    /// Steps that only tell how long a step takes.
+    Trial = 10,
 }
 
 /// One round of the mixing function of splitmix64 (Steele, Lea, Flood 2014).

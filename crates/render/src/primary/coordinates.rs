@@ -33,6 +33,9 @@ pub struct Coordinates {
     beyond: Vec<f64>,
 }
 
+/// The coordinate of multiplexed sampling that chooses the strategy.
+pub(crate) const STRATEGY: Index = Index { walk: CHOICES, number: SLOTS };
+
 /// Which coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Index {
@@ -88,7 +91,7 @@ impl Coordinates {
 }
 
 /// Gives a sample its numbers, and writes them down as coordinates.
-struct Asked<'a, F> {
+pub(crate) struct Asked<'a, F> {
     point: &'a mut Coordinates,
     /// The value of a coordinate that is asked for.
     value: F,
@@ -136,6 +139,18 @@ impl<E: Estimator> PrimarySample<E> {
     /// Makes this the sample of a point drawn uniformly.
     pub fn draw(&mut self, scene: &Scene<E::Repertoire>, rng: &mut impl RandomSource) {
         self.evaluate(scene, |_| rng.uniform());
+    }
+
+    /// Lets `work` do with the estimator what it likes by numbers of `rng`, which become the coordinates of the point.
+    pub(crate) fn draw_by<T>(
+        &mut self,
+        rng: &mut impl RandomSource,
+        work: impl FnOnce(&mut E, &mut Asked<'_, &mut dyn FnMut(Index) -> f64>) -> T,
+    ) -> T {
+        self.coordinates.clear();
+        let mut value = |_| rng.uniform();
+        let (point, value) = (&mut self.coordinates, &mut value as &mut dyn FnMut(Index) -> f64);
+        work(&mut self.estimator, &mut Asked { point, value, walk: 0, first: 0, given: 0 })
     }
 
     /// Makes this the sample of the point whose coordinates `value` gives where they are asked for.

@@ -6,12 +6,13 @@
 //! multiplexed sampling (Hachisuka et al. 2014), which makes one path by one strategy, both chosen by coordinates.
 //!
 //! `coordinates` is the point, `mutation` the large and the small step, `multiplexed` that sampler, `pictured` what
-//! a chain leaves of a sample on the film.
+//! a chain leaves of a sample on the film, `seeds` what it starts from.
 
 mod coordinates;
 mod multiplexed;
 mod mutation;
 mod pictured;
+mod seeds;
 
 use std::time::Instant;
 
@@ -21,18 +22,19 @@ use ergodic_pathspace::Scene;
 pub use coordinates::{Coordinates, PrimarySample};
 pub use multiplexed::Multiplexed;
 pub use mutation::{PrimaryMutation, PrimarySpace, PrimaryTarget, PrimaryValue};
+pub use seeds::Seedable;
 
 use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_first_stage};
 use crate::first_stage::brightness;
 use crate::observer::Observer;
-use crate::seeding::{Seeds, Weighed};
+use crate::seeding::Seeds;
 use crate::streams::{Purpose, stream};
-use crate::{Estimator, RenderError, Settings};
+use crate::{RenderError, Settings};
 
 /// Renders by chains over the points that `estimator` makes samples of.
 ///
-/// Seeds are samples of the estimator itself, so that b is the mean of just what the chains sample.
-pub(crate) fn render<E: Estimator + Sync>(
+/// Seeds are made from samples of the estimator itself, so that b is the mean of just what the chains sample.
+pub(crate) fn render<E: Seedable + Sync>(
     scene: &Scene<E::Repertoire>,
     settings: &Settings,
     estimator: &E,
@@ -47,11 +49,7 @@ pub(crate) fn render<E: Estimator + Sync>(
     let target = PrimaryTarget::new(brightness.clone());
     let mut seeds = Seeds::draw_by(
         || PrimarySample::new(estimator.clone()),
-        |sample, _, rng| {
-            sample.draw(scene, rng);
-            let (luminance, weight) = (sample.luminance(), target.of(sample));
-            Weighed { luminance, weight, class: sample.class(), raster: sample.brightest() }
-        },
+        |sample, _, rng| E::seed(sample, scene, &target, rng),
         scene.camera().size(),
         (chain_lengths(settings), settings.roulette.roulette()),
         seeding_effort(settings, start),
@@ -61,7 +59,7 @@ pub(crate) fn render<E: Estimator + Sync>(
     seeds.counts += counts;
     let begin = |_: &Seeds, seed: u64| {
         let mut sample = PrimarySample::new(estimator.clone());
-        sample.draw(scene, &mut stream(settings.seed, Purpose::Seeding, seed));
+        E::seed(&mut sample, scene, &target, &mut stream(settings.seed, Purpose::Seeding, seed));
         sample
     };
     let chains = chains::Start {

@@ -8,7 +8,7 @@
 use std::sync::Arc;
 
 use ergodic_metropolis::RandomSource;
-use ergodic_pathspace::{BidirectionalSampler, Lengths, PathClass, Roulette, Scene};
+use ergodic_pathspace::{BidirectionalSampler, Connection, Lengths, PathClass, Roulette, Scene};
 use ergodic_scattering::{Everything, Repertoire, Rgb, luminance};
 use glam::DVec2;
 
@@ -63,6 +63,30 @@ impl<R: Repertoire> Multiplexed<R> {
             u -= share;
         }
         (self.lengths.min_edges, 1.0)
+    }
+
+    /// Chooses a length as a sample does, walks from both ends, and calls `sink` for each of the length's strategies by which the walks
+    /// make a path that carries light: with the length, the probability of its choice, and s.
+    pub(super) fn all_strategies(
+        &mut self,
+        scene: &Scene<R>,
+        rng: &mut impl RandomSource,
+        mut sink: impl FnMut((usize, f64), usize, &Connection),
+    ) {
+        rng.enter(CHOICES, 0);
+        let (k, share) = self.length(rng.uniform());
+        let sampler = &mut self.sampler;
+        sampler.draw_wavelength(scene, rng);
+        sampler.eye.walk(scene, k + 1, &Roulette::OFF, rng);
+        sampler.light.walk(scene, k, &Roulette::OFF, rng);
+        for s in 0..=k.min(sampler.light.len()) {
+            let t = k + 1 - s;
+            if t <= sampler.eye.len()
+                && let Some(connection) = sampler.connect(scene, s, t)
+            {
+                sink((k, share), s, &connection);
+            }
+        }
     }
 }
 

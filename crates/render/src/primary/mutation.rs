@@ -8,6 +8,7 @@ use ergodic_metropolis::unit_cube::SmallStep;
 use ergodic_metropolis::{Density, Mutation, RandomSource, Target};
 use ergodic_pathspace::{BrightnessMap, Scene};
 use ergodic_scattering::{Everything, Repertoire, luminance};
+use glam::DVec2;
 
 use super::coordinates::{Coordinates, PrimarySample};
 use crate::Estimator;
@@ -127,10 +128,13 @@ impl<E: Estimator> PrimaryTarget<E> {
     pub(crate) fn of(&self, x: &PrimarySample<E>) -> f64 {
         match &self.brightness {
             None => x.luminance(),
-            Some(brightness) => {
-                x.splats().iter().map(|(raster, color)| luminance(*color) / brightness.at(*raster)).sum()
-            }
+            Some(_) => x.splats().iter().map(|(raster, color)| self.of_light(*raster, luminance(*color))).sum(),
         }
+    }
+
+    /// What light of a luminance that arrives at one point of the image adds to it.
+    pub(crate) fn of_light(&self, raster: DVec2, luminance: f64) -> f64 {
+        self.brightness.as_ref().map_or(luminance, |brightness| luminance / brightness.at(raster))
     }
 }
 

@@ -16,7 +16,8 @@ pub(crate) const MOST_SEEDS: u64 = 1 << 31;
 pub struct MltSettings {
     /// The mixture: weights and mutations.
     pub mutations: Vec<(f64, AnyMutation)>,
-    /// Number of independent chains.
+    /// Number of independent chains at once; within a budget of time fewer, 16 at least, if else they would not make
+    /// `mutations_per_start` mutations each.
     pub chains: usize,
     /// Mutations after which a chain begins anew from another start; 0 for never.
     pub mutations_per_start: u64,

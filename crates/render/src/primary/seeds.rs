@@ -1,0 +1,84 @@
+//! What chains of primary samples start from.
+
+use ergodic_metropolis::RandomSource;
+use ergodic_pathspace::stability::{Place, is_usable};
+use ergodic_pathspace::{PathClass, Scene};
+use ergodic_scattering::{Repertoire, luminance};
+use glam::DVec2;
+
+use super::coordinates::{PrimarySample, STRATEGY};
+use super::multiplexed::Multiplexed;
+use super::mutation::PrimaryTarget;
+use crate::Estimator;
+use crate::bidirectional::BidirectionalPathTracer;
+use crate::path_tracer::PathTracer;
+use crate::seeding::Weighed;
+
+/// An estimator whose samples chains can start from.
+pub trait Seedable: Estimator {
+    /// Makes `sample` one that a chain can start from, out of numbers of `rng`, and tells its weight: such that a sample chosen in
+    /// proportion to the weight has the density of the target, and that the mean weight is the target's integral.
+    fn seed(
+        sample: &mut PrimarySample<Self>,
+        scene: &Scene<Self::Repertoire>,
+        target: &PrimaryTarget<Self>,
+        rng: &mut impl RandomSource,
+    ) -> Weighed {
+        sample.draw(scene, rng);
+        let (luminance, weight) = (sample.luminance(), target.of(sample));
+        Weighed { luminance, weight, class: sample.class(), raster: sample.brightest() }
+    }
+}
+
+impl<R: Repertoire> Seedable for PathTracer<R> {}
+
+impl<R: Repertoire> Seedable for BidirectionalPathTracer<R> {}
+
+/// How far from the edges of its cell the coordinate that chooses a strategy begins, in cells: farther than rounding takes it.
+const INSIDE: f64 = 1e-9;
+
+impl<R: Repertoire> Seedable for Multiplexed<R> {
+    /// A single strategy hardly ever makes a path as often as it is bright: their sum over one pair of walks is a far better sample of
+    /// b, and one of them, chosen in proportion to the target, a far better start.
+    fn seed(
+        sample: &mut PrimarySample<Self>,
+        scene: &Scene<R>,
+        target: &PrimaryTarget<Self>,
+        rng: &mut impl RandomSource,
+    ) -> Weighed {
+        let (mut u, within) = (rng.uniform(), rng.uniform().clamp(INSIDE, 1.0 - INSIDE));
+        let mut found = Weighed { luminance: 0.0, weight: 0.0, class: PathClass::MANY, raster: DVec2::ZERO };
+        let mut strategy = 0.0;
+        sample.draw_by(rng, |estimator, asked| {
+            estimator.all_strategies(scene, asked, |(k, share), s, connection| {
+                let color = connection.contribution();
+                if !is_usable(Place::Connection, color) {
+                    return;
+                }
+                let light = luminance(color) / share;
+                let weight = target.of_light(connection.raster, light);
+                found.luminance += light;
+                found.weight += weight;
+                let takes = if weight > 0.0 { weight / found.weight } else { 0.0 };
+                // What is left of the number is as good as a new one.
+                if u < takes {
+                    u /= takes;
+                    strategy = (s as f64 + within) / (k + 1) as f64;
+                } else {
+                    u = (u - takes) / (1.0 - takes);
+                }
+                u = u.min(1.0 - f64::EPSILON);
+            });
+        });
+        if found.weight > 0.0 {
+            let drawn = sample.coordinates.clone();
+            sample.evaluate(scene, |index| match drawn.get(index) {
+                _ if index == STRATEGY => strategy,
+                Some(value) => value,
+                None => rng.uniform(),
+            });
+            (found.class, found.raster) = (sample.class(), sample.brightest());
+        }
+        found
+    }
+}

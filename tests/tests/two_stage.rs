@@ -26,6 +26,11 @@ fn replicas(scene: &Scene, method: Method, (two_stage, first): (bool, u64), samp
     (first..first + REPLICAS).map(one).collect()
 }
 
+/// The centre of a pixel.
+fn centre(i: usize) -> DVec2 {
+    DVec2::new((i as u32 % SIDE) as f64 + 0.5, (i as u32 / SIDE) as f64 + 0.5)
+}
+
 /// What is known of each pixel.
 fn moments(replicas: &[Vec<f64>]) -> Vec<Moments> {
     (0..replicas[0].len()).map(|i| replicas.iter().map(|replica| replica[i]).collect()).collect()
@@ -65,10 +70,7 @@ fn the_picture_is_that_of_one_stage_and_of_bidirectional_path_tracing() {
             // What a visit adds, without the brightness that the target was divided by.
             let not_multiplied: Vec<Vec<f64>> = found
                 .iter()
-                .map(|replica| {
-                    let at = |i: usize| DVec2::new((i as u32 % SIDE) as f64 + 0.5, (i as u32 / SIDE) as f64 + 0.5);
-                    replica.iter().enumerate().map(|(i, value)| value / map.at(at(i))).collect()
-                })
+                .map(|replica| replica.iter().enumerate().map(|(i, value)| value / map.at(centre(i))).collect())
                 .collect();
             let (right, wrong) = (disagreement(&order, &known, &found), disagreement(&order, &known, &not_multiplied));
             println!("{name}, {method:?}: max |t| {right:.1}; without the brightness {wrong:.1}");
@@ -111,10 +113,7 @@ fn the_integral_of_the_target_is_that_of_luminance_over_brightness() {
     let settings = Settings { max_edges: 6, min_edges: 2, ..settings(Method::Bidirectional, (SIDE, SIDE), 64.0) };
     let picture = render(&scene, &settings, &Unobserved).unwrap().picture;
     let map = map.expect("there is light");
-    let value = |(i, pixel)| {
-        let at = DVec2::new((i as u32 % SIDE) as f64 + 0.5, (i as u32 / SIDE) as f64 + 0.5);
-        luminance(pixel) / map.at(at)
-    };
+    let value = |(i, pixel)| luminance(pixel) / map.at(centre(i));
     let pixels = picture.pixels.len() as f64;
     let expected = picture.pixels.iter().copied().enumerate().map(value).sum::<f64>() / pixels;
     println!("b {:.5}, target {:.5}, from the picture {expected:.5}", halves.b, halves.target);

@@ -54,6 +54,12 @@ impl BrightnessMap {
         Some(Self { cells, scale, values: (0..capped.len()).map(around).collect() })
     }
 
+    /// Luminance that arrives at a point of the image over the brightness there; luminance itself if there is no map.
+    #[inline(always)]
+    pub fn relative(map: Option<&Self>, luminance: f64, raster: DVec2) -> f64 {
+        map.map_or(luminance, |map| luminance / map.at(raster))
+    }
+
     /// Relative brightness at a point of the image, positive; beyond the edge that at the edge.
     #[inline(always)]
     pub fn at(&self, raster: DVec2) -> f64 {

@@ -63,10 +63,7 @@ impl<R: Repertoire> Target for LuminanceTarget<R> {
         let f = contribution(x);
         // A negative channel is as wrong as one that is no number, though the luminance may hide it.
         let luminance = if f.rgb.min_element() < 0.0 { f64::NAN } else { luminance(f.rgb) };
-        let target = match &self.brightness {
-            Some(brightness) => luminance / brightness.at(raster),
-            None => luminance,
-        };
+        let target = BrightnessMap::relative(self.brightness.as_deref(), luminance, raster);
         Measured { target: Density::new(target).scaled(f.exponent), color: f.rgb / target, raster }
     }
 

@@ -106,12 +106,36 @@ pub struct Seeds {
     brightness: Option<Arc<BrightnessMap>>,
 }
 
-/// Chooses one of the connections of a sample, with probability in proportion to the chains' target, as they come.
-struct Choice<'a> {
-    brightness: Option<&'a BrightnessMap>,
+/// Chooses one of several things with probability in proportion to their weights, as they come.
+pub(crate) struct Draw {
     /// Uniform in [0, 1) whatever was chosen so far.
     u: f64,
-    sum: f64,
+    /// Of the weights so far.
+    pub(crate) sum: f64,
+}
+
+impl Draw {
+    /// From nothing yet, by a number in [0, 1).
+    pub(crate) fn new(u: f64) -> Self {
+        Self { u, sum: 0.0 }
+    }
+
+    /// One more thing of a weight; whether it is the chosen one so far.
+    pub(crate) fn offer(&mut self, weight: f64) -> bool {
+        self.sum += weight;
+        let share = if weight > 0.0 { weight / self.sum } else { 0.0 };
+        let takes = self.u < share;
+        // What is left of the number is as good as a new one.
+        let left = if takes { self.u / share } else { (self.u - share) / (1.0 - share) };
+        self.u = left.min(1.0 - f64::EPSILON);
+        takes
+    }
+}
+
+/// Chooses one of the connections of a sample, with probability in proportion to the chains' target.
+struct Choice<'a> {
+    brightness: Option<&'a BrightnessMap>,
+    draw: Draw,
     luminance: f64,
     chosen: Option<Connection>,
 }
@@ -119,20 +143,15 @@ struct Choice<'a> {
 impl<'a> Choice<'a> {
     /// For the sample of this number.
     fn new(brightness: Option<&'a BrightnessMap>, seed: u64, index: u64) -> Self {
-        Self { brightness, u: stream(seed, Purpose::Starts, index).uniform(), sum: 0.0, luminance: 0.0, chosen: None }
+        let draw = Draw::new(stream(seed, Purpose::Starts, index).uniform());
+        Self { brightness, draw, luminance: 0.0, chosen: None }
     }
 
     /// One more connection; whether it is the chosen one so far.
     fn offer(&mut self, connection: &Connection) -> bool {
         let luminance = luminance(connection.contribution());
-        let weight = self.brightness.map_or(luminance, |brightness| luminance / brightness.at(connection.raster));
         self.luminance += luminance;
-        self.sum += weight;
-        let share = if weight > 0.0 { weight / self.sum } else { 0.0 };
-        let takes = self.u < share;
-        // What is left of the number is as good as a new one.
-        let left = if takes { self.u / share } else { (self.u - share) / (1.0 - share) };
-        self.u = left.min(1.0 - f64::EPSILON);
+        let takes = self.draw.offer(BrightnessMap::relative(self.brightness, luminance, connection.raster));
         if takes {
             self.chosen = Some(*connection);
         }
@@ -174,7 +193,7 @@ impl Seeds {
                 }
             });
             let raster = choice.chosen.map_or(DVec2::ZERO, |connection| connection.raster);
-            Weighed { luminance: choice.luminance, weight: choice.sum, class, raster }
+            Weighed { luminance: choice.luminance, weight: choice.draw.sum, class, raster }
         };
         let size = scene.camera().size();
         let seeds = Self::draw_by(sampler, weigh, size, (lengths, roulette), effort, seed, observer);

@@ -134,7 +134,7 @@ impl<E: Estimator> PrimaryTarget<E> {
 
     /// What light of a luminance that arrives at one point of the image adds to it.
     pub(crate) fn of_light(&self, raster: DVec2, luminance: f64) -> f64 {
-        self.brightness.as_ref().map_or(luminance, |brightness| luminance / brightness.at(raster))
+        BrightnessMap::relative(self.brightness.as_deref(), luminance, raster)
     }
 }
 

@@ -12,7 +12,7 @@ use super::mutation::PrimaryTarget;
 use crate::Estimator;
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::path_tracer::PathTracer;
-use crate::seeding::Weighed;
+use crate::seeding::{Draw, Weighed};
 
 /// An estimator whose samples chains can start from.
 pub trait Seedable: Estimator {
@@ -46,9 +46,8 @@ impl<R: Repertoire> Seedable for Multiplexed<R> {
         target: &PrimaryTarget<Self>,
         rng: &mut impl RandomSource,
     ) -> Weighed {
-        let (mut u, within) = (rng.uniform(), rng.uniform().clamp(INSIDE, 1.0 - INSIDE));
-        let mut found = Weighed { luminance: 0.0, weight: 0.0, class: PathClass::MANY, raster: DVec2::ZERO };
-        let mut strategy = 0.0;
+        let (mut draw, within) = (Draw::new(rng.uniform()), rng.uniform().clamp(INSIDE, 1.0 - INSIDE));
+        let (mut luminances, mut strategy) = (0.0, 0.0);
         sample.draw_by(rng, |estimator, asked| {
             estimator.all_strategies(scene, asked, |(k, share), s, connection| {
                 let color = connection.contribution();
@@ -56,20 +55,14 @@ impl<R: Repertoire> Seedable for Multiplexed<R> {
                     return;
                 }
                 let light = luminance(color) / share;
-                let weight = target.of_light(connection.raster, light);
-                found.luminance += light;
-                found.weight += weight;
-                let takes = if weight > 0.0 { weight / found.weight } else { 0.0 };
-                // What is left of the number is as good as a new one.
-                if u < takes {
-                    u /= takes;
+                luminances += light;
+                if draw.offer(target.of_light(connection.raster, light)) {
                     strategy = (s as f64 + within) / (k + 1) as f64;
-                } else {
-                    u = (u - takes) / (1.0 - takes);
                 }
-                u = u.min(1.0 - f64::EPSILON);
             });
         });
+        let mut found =
+            Weighed { luminance: luminances, weight: draw.sum, class: PathClass::MANY, raster: DVec2::ZERO };
         if found.weight > 0.0 {
             let drawn = sample.coordinates.clone();
             sample.evaluate(scene, |index| match drawn.get(index) {

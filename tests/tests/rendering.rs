@@ -7,7 +7,7 @@ use ergodic_metropolis::{Fault, Mixture, Step};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{Path, Scene, SceneDescription, View};
 use ergodic_render::{
-    Budget, Direct, FilterSettings, Method, MltReport, PrimarySampler, Replayed, Settings, Unobserved, render,
+    Budget, Direct, FilterSettings, Life, Method, MltReport, PrimarySampler, Replayed, Settings, Unobserved, render,
     render_with_mixture, replay,
 };
 use ergodic_scattering::luminance;
@@ -30,7 +30,7 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
             let picture = |threads, seed| {
                 let mut settings = Settings { threads, seed, filter, ..settings(method, (24, 16), 20.0) };
                 // Chains begin anew twice.
-                settings.mlt.mutations_per_start = 50;
+                settings.mlt.life = Life::Mutations(50);
                 render(&scene, &settings, &Unobserved).unwrap().picture
             };
             let one = picture(1, 1);
@@ -130,7 +130,7 @@ fn a_density_that_is_no_number_is_rejected_counted_and_replayed() {
     let scene = view_of(description("cornell"), (24, 24));
     let mut settings = settings(Method::Mlt, (24, 24), 50.0);
     // Some faults are of chains that began anew.
-    settings.mlt.mutations_per_start = 100;
+    settings.mlt.life = Life::Mutations(100);
     // No number on paths of four edges whose second vertex is high up.
     let factor = |_: &Path, to: &Path, _: Splice| {
         if to.length() == 4 && to.vertices[1].position.y > 0.3 { f64::NAN } else { 1.0 }

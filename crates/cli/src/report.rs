@@ -152,6 +152,7 @@ impl MltStats {
             direct_seconds: report.direct_seconds,
             mutation_seconds: report.mutation_seconds,
             chains: report.chains,
+            life: report.life,
             b: report.b,
             b_relative_error: report.b_relative_error,
             seeding_samples: report.seeding_samples,
@@ -216,13 +217,14 @@ pub fn summary(rendering: &Rendering) -> Vec<String> {
     )];
     if let Some(report) = &rendering.mlt {
         lines.push(format!(
-            "b = {:.5} +- {:.2} % from {} samples in {}; {} mutations/s in {} chains",
+            "b = {:.5} +- {:.2} % from {} samples in {}; {} mutations/s in {} chains{}",
             report.b,
             report.b_relative_error * 100.0,
             table::count(report.seeding_samples as f64),
             human_time(report.seeding_seconds),
             table::count(rate(report.mutations, report.mutation_seconds)),
             report.chains,
+            report.life.map_or_else(String::new, |life| format!(" that begin anew after {life}")),
         ));
         lines.push(String::new());
         lines.extend(mutation_table(report));

@@ -52,6 +52,11 @@ impl Windows {
         }
     }
 
+    /// What comes after is another chain, of which nothing is kept: states of two chains are no pair.
+    pub(crate) fn end(&mut self) {
+        self.due = u64::MAX;
+    }
+
     #[cold]
     fn keep(&mut self, state: [f32; QUANTITIES]) {
         self.due = u64::MAX;
@@ -157,5 +162,29 @@ mod tests {
         let found = distance(&function(&chains, 0), |lag| (1.0 - lag as f64 / 8.0).max(0.0));
         assert!(found < 0.05, "{found}");
         assert!(distance(&function(&chains, 0), |lag| (1.0 - lag as f64 / 9.0).max(0.0)) > 0.06);
+    }
+
+    #[test]
+    fn states_of_two_chains_are_no_pair() {
+        // Each stays where it is for 200 steps, then another begins elsewhere.
+        let chains = |ends: bool| {
+            let mut rng = Pcg64::new(3, 7);
+            let mut place = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            let chain = |_| {
+                let mut windows = Windows::new();
+                for _ in 0..100 {
+                    windows.record([place(); QUANTITIES], 200);
+                    if ends {
+                        windows.end();
+                    }
+                }
+                windows
+            };
+            (0..WATCHED).map(chain).collect::<Vec<_>>()
+        };
+        let function = |chains: &[Windows]| function(&chains.iter().collect::<Vec<_>>(), 0);
+        let one = function(&chains(true));
+        assert!(one.last().unwrap().0 > 100 && distance(&one, |_| 1.0) < 1e-9, "{one:?}");
+        assert!(distance(&function(&chains(false)), |_| 1.0) > 0.5);
     }
 }

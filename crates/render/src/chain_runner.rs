@@ -178,9 +178,10 @@ impl<S: Pictured> ChainRunner<S> {
         Self { index, target, chain, rng, class, steps: 0, pending: 0.0, stay: 0, trace: ChainTrace::new(index) }
     }
 
-    /// Becomes another chain, that of number `index` which starts at `start`. What it shows of its mixing goes on.
+    /// Becomes another chain, that of number `index` which starts at `start`. Means of what shows its mixing go on.
     pub(crate) fn begin_anew(&mut self, index: u64, start: S, rng: Pcg64Dxsm, ledger: &mut Ledger) {
         self.finish(ledger);
+        self.trace.begin_anew();
         self.class = start.class();
         self.chain = Chain::new(start, &self.target);
         (self.index, self.rng, self.steps) = (index, rng, 0);

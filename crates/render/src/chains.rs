@@ -15,16 +15,15 @@ use crate::chain_runner::{ChainRunner, FaultRecord, Ledger, Pictured};
 use crate::counts::{Counts, counted};
 use crate::first_stage::SHARE_OF_SEEDING;
 use crate::layers::{self, LayerSums, Layers};
+use crate::lives::{Lives, ROUND};
 use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Until};
 use crate::sampling::{all, sample_until};
 use crate::seeding::{Effort, Seeds};
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
-use crate::{BATCHES, Budget, Direct, Film, MltSettings, Picture, RenderError, Settings};
+use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
 
-/// Mutations a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
-const ROUND: u64 = 256;
 // A buffer must take what one chain leaves behind in a round.
 const _: () = assert!((ROUND as usize) < CAPACITY);
 
@@ -38,15 +37,6 @@ const MUTATIONS_PER_DIRECT_SAMPLE: f64 = 1.0;
 /// Chains, and steps of each, that tell how long a mutation takes.
 const TRIAL_CHAINS: usize = 8;
 const TRIAL_STEPS: u64 = 32;
-
-/// Seconds that hardly any mutation takes.
-const DEAR: f64 = 1e-4;
-
-/// Mutations that a chain should make if it never begins anew.
-const LIFE: f64 = 4096.0;
-
-/// Chains that there are at least, unless the settings have fewer.
-const LEAST_CHAINS: usize = 16;
 
 /// Paths of more than this many edges are indirect.
 const DIRECT_EDGES: usize = 2;
@@ -66,8 +56,10 @@ pub struct MltReport {
     pub direct_seconds: f64,
     /// Seconds of mutations.
     pub mutation_seconds: f64,
-    /// Number of chains.
+    /// Number of chains at once.
     pub chains: usize,
+    /// Mutations after which each began anew, if ever.
+    pub life: Option<u64>,
     /// Mutations over all chains.
     pub mutations: u64,
     /// How well the chains mix.
@@ -237,8 +229,8 @@ where
         runners.iter_mut().zip(&mut ledgers).for_each(|(runner, ledger)| step(runner, steps, ledger));
         trial_start.elapsed().as_secs_f64() / (runners.len() as u64 * steps) as f64
     };
-    let chains = count_of_chains(settings, start, trial);
-    let states: Vec<S> = seeds.chosen(0, chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
+    let lives = Lives::new(settings, start, seeds.relative_error, trial);
+    let states: Vec<S> = seeds.chosen(0, lives.chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
     let chains = states.len();
     let mut work = share_out(states, &target, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
@@ -257,7 +249,8 @@ where
             batch.counts += counts;
         });
     };
-    let mutations = run(&mut work, &mut sums, (step, renew), splats_per_step, settings, chains, start, observer);
+    let lives = Lives { chains, ..lives };
+    let mutations = run(&mut work, &mut sums, (step, renew), splats_per_step, settings, lives, start, observer);
     let mutation_seconds = mutation_start.elapsed().as_secs_f64();
 
     let mut statistics = MutationStatistics::of_members(names, settings.max_edges);
@@ -295,6 +288,7 @@ where
         direct_seconds,
         mutation_seconds,
         chains,
+        life: lives.life,
         mutations,
         mixing,
         layers,
@@ -302,24 +296,6 @@ where
         faults,
     };
     Ok(Rendered { picture, report, counts })
-}
-
-/// How many chains there are at once. With a budget of time there may be fewer than the settings have, so that each makes as many
-/// mutations as it would before it began anew: many short chains make a picture of little but their starts, of which a bright one
-/// may be several.
-fn count_of_chains(settings: &Settings, start: Instant, seconds_per_mutation: impl FnOnce() -> f64) -> usize {
-    let MltSettings { chains, mutations_per_start, .. } = settings.mlt;
-    let Budget::Seconds(seconds) = settings.budget else { return chains };
-    let left = seconds - start.elapsed().as_secs_f64();
-    let life = if mutations_per_start > 0 { mutations_per_start as f64 } else { LIFE };
-    // A long budget needs no trial: hardly any mutation is as dear as this.
-    let threads = settings.worker_threads();
-    if left * threads as f64 > chains as f64 * life * DEAR {
-        return chains;
-    }
-    let least = LEAST_CHAINS.max(threads);
-    let count = left * threads as f64 / (seconds_per_mutation() * life);
-    if count.is_finite() { (count as usize).max(least).min(chains) } else { chains }
 }
 
 /// Steps of a round at most: what a chain leaves behind has to find room in an empty buffer.
@@ -398,7 +374,7 @@ fn run<S: Pictured>(
     (step, renew): (impl Fn(&mut ChainRunner<S>, u64, &mut Ledger) + Sync, impl Fn(&mut [Batch<S>], u64)),
     splats_per_step: u64,
     settings: &Settings,
-    chains: usize,
+    Lives { chains, life }: Lives,
     start: Instant,
     observer: &dyn Observer,
 ) -> u64 {
@@ -415,13 +391,12 @@ fn run<S: Pictured>(
     let begun = start.elapsed();
     let mut steps = 0;
     loop {
-        let life = settings.mlt.mutations_per_start;
-        if life > 0 && steps > 0 && steps % life == 0 {
+        if let Some(life) = life.filter(|life| steps > 0 && steps % life == 0) {
             // A stay that ends is noted, for which there has to be room.
             sums.merge(work);
             renew(work, steps / life);
         }
-        let left = if life > 0 { life - steps % life } else { u64::MAX };
+        let left = life.map_or(u64::MAX, |life| life - steps % life);
         let round = wanted.map_or(longest, |wanted| longest.min(wanted - steps)).min(left);
         // Every batch stops where its buffers may be too small for another chain, which depends on nothing but its own chains.
         while !all(work, |batch| batch.advance(round, splats_per_step, &step)) {
@@ -446,30 +421,4 @@ fn run<S: Pictured>(
 fn share_of_time(elapsed: Duration, begun: Duration, seconds: f64) -> f64 {
     let left = seconds - begun.as_secs_f64();
     if left > 0.0 { (elapsed - begun).as_secs_f64() / left } else { 1.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn short_budgets_have_fewer_chains_of_full_length() {
-        let count = |seconds, mutations_per_start, each| {
-            let mut settings = Settings { threads: 2, budget: Budget::Seconds(seconds), ..Settings::default() };
-            settings.mlt.mutations_per_start = mutations_per_start;
-            count_of_chains(&settings, Instant::now(), || each) as f64
-        };
-        let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.02;
-        // Two threads, a mutation a microsecond.
-        assert!(near(count(1.0, 4096, 1e-6), 2e6 / 4096.0));
-        assert!(near(count(0.5, 8192, 1e-6), 1e6 / 8192.0) && near(count(0.5, 0, 1e-6), 1e6 / 4096.0));
-        assert_eq!(count(20.0, 4096, 1e-6), 512.0);
-        assert_eq!(count(1e-3, 4096, 1e-6), 16.0);
-        assert_eq!(count(1.0, 4096, f64::NAN), 512.0, "without a seed nothing is known");
-        let many = Settings { threads: 40, budget: Budget::Seconds(1e-3), ..Settings::default() };
-        assert_eq!(count_of_chains(&many, Instant::now(), || 1e-6), 40);
-        // Mutations that are counted are shared by all chains.
-        let counted = Settings { budget: Budget::SamplesPerPixel(0.01), ..Settings::default() };
-        assert_eq!(count_of_chains(&counted, Instant::now(), || 1e-6), 512);
-    }
 }

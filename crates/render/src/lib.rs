@@ -11,6 +11,7 @@ mod film;
 mod first_stage;
 mod grid;
 mod layers;
+mod lives;
 mod memory;
 mod mixing;
 mod mlt;
@@ -43,8 +44,8 @@ pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::{Effort, Seeds, Weighed};
 pub use settings::{
-    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, LightUnits, MediumSettings,
-    Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
+    Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, Life, LightUnits,
+    MediumSettings, Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
 };
 pub use streams::{Purpose, stream};
 

@@ -41,9 +41,9 @@ pub fn peak_bytes(settings: &Settings) -> usize {
             2 * vertices + Coordinates::bytes(settings.max_edges)
         };
         fixed += settings.mlt.chains * 2 * state + settings.mlt.chains.min(WATCHED) * size_of::<Windows>();
-        // A list of seeds that grows has its old place and one of twice the size; one that is thinned has those that are kept and
-        // their positions beside it.
-        fixed += (3 * size_of::<Seed>() + size_of::<usize>()) * KEPT / 2;
+        // A list of seeds that grows has its old place and one of twice the size; one that is thinned has its running sum, those that
+        // are kept and their positions beside it.
+        fixed += (3 * size_of::<Seed>() + 2 * size_of::<f64>() + size_of::<usize>()) * KEPT / 2;
     }
     pixel * grid.pixels() + batch * BATCHES + fixed
 }

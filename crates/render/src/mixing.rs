@@ -66,6 +66,13 @@ impl ChainTrace {
         }
     }
 
+    /// The chain begins anew. Means go on, since what their spread tells is the error of the picture; correlations do not.
+    pub(crate) fn begin_anew(&mut self) {
+        if let Some(windows) = &mut self.windows {
+            windows.end();
+        }
+    }
+
     pub(crate) fn longest_stay(&self) -> Option<Stay> {
         self.longest
     }
@@ -83,7 +90,7 @@ pub struct Mixing {
     pub effective_sample_size: Option<f64>,
     /// Potential scale reduction over the chains.
     pub r_hat: Option<f64>,
-    /// Lags in steps and the correlation at each, over the first 256 chains.
+    /// Lags in steps and the correlation at each, over the first 256 chains until they begin anew.
     pub autocorrelation: Vec<(u64, f64)>,
 }
 

@@ -91,6 +91,8 @@ pub struct Weighed {
 pub struct Seeds {
     /// Those that carry light, in the order of [`starts::sort`].
     seeds: Vec<Seed>,
+    /// Where the part of each ends in the running sum of weights.
+    ends: Vec<f64>,
     samples: u64,
     /// Estimate of b, the mean luminance over the image of all paths of the chains' lengths.
     pub b: f64,
@@ -213,6 +215,7 @@ impl Seeds {
     ) -> Self {
         let mut seeds = Self {
             seeds: Vec::new(),
+            ends: Vec::new(),
             samples: 0,
             b: 0.0,
             target: 0.0,
@@ -273,6 +276,7 @@ impl Seeds {
             let stops = seeds.samples >= least && observer.should_stop();
             if enough || stops {
                 starts::sort(&mut seeds.seeds);
+                seeds.ends = starts::ends(&seeds.seeds);
                 return seeds;
             }
         }
@@ -299,7 +303,7 @@ impl Seeds {
         let first = stream(self.seed, Purpose::Starts, u64::MAX).uniform();
         // Uniform for every generation, and spread evenly over the generations.
         let offset = (first + generation as f64 * GOLDEN).fract();
-        let starts = starts::resample(&self.seeds, count, offset);
+        let starts = starts::resample(&self.ends, count, offset);
         // Chains of neighbouring numbers do not begin in the same place: a part of them is to stand for all.
         starts::spread(starts.len()).into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
     }

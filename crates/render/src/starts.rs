@@ -65,22 +65,26 @@ pub(crate) fn sort(seeds: &mut [Seed]) {
     seeds.par_sort_unstable_by_key(|seed| (seed.place, seed.index));
 }
 
-/// The positions in the list of the seeds that `count` equally spaced points along the running sum of weights fall on, in order;
-/// `offset`, in [0, 1), shifts the points. None if there is no weight.
-pub(crate) fn resample(seeds: &[Seed], count: usize, offset: f64) -> Vec<usize> {
-    let total: f64 = seeds.iter().map(|seed| seed.weight).sum();
-    if total <= 0.0 {
-        return Vec::new();
-    }
-    let mut at = 0;
-    let mut end = seeds[0].weight;
+/// Where each seed's part of the running sum of weights ends.
+pub(crate) fn ends(seeds: &[Seed]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let end = |seed: &Seed| {
+        sum += seed.weight;
+        sum
+    };
+    seeds.iter().map(end).collect()
+}
+
+/// The positions in the list of the seeds that `count` equally spaced points along the running sum of weights fall on, in order, given
+/// the `ends` of the seeds' parts; `offset`, in [0, 1), shifts the points. None if there is no weight.
+///
+/// The time goes with `count` and hardly with the number of seeds, since chains begin anew many times.
+pub(crate) fn resample(ends: &[f64], count: usize, offset: f64) -> Vec<usize> {
+    let Some(total) = ends.last().copied().filter(|total| *total > 0.0) else { return Vec::new() };
     let choose = |i: usize| {
         let point = (i as f64 + offset) / count as f64 * total;
-        while end <= point && at + 1 < seeds.len() {
-            at += 1;
-            end += seeds[at].weight;
-        }
-        at
+        // Rounding may put the last point at the end of all.
+        ends.partition_point(|end| *end <= point).min(ends.len() - 1)
     };
     (0..count).map(choose).collect()
 }
@@ -88,8 +92,9 @@ pub(crate) fn resample(seeds: &[Seed], count: usize, offset: f64) -> Vec<usize> 
 /// Makes about `count` seeds of many without a change of their sum: each has as many times the mean weight as it has copies among
 /// `count`, so that on average its weight is what it was. The seeds are in order, before and after.
 pub(crate) fn thin(seeds: &mut Vec<Seed>, count: usize, offset: f64) {
-    let share = seeds.iter().map(|seed| seed.weight).sum::<f64>() / count as f64;
-    let kept = resample(seeds, count, offset);
+    let ends = ends(seeds);
+    let share = ends.last().copied().unwrap_or(0.0) / count as f64;
+    let kept = resample(&ends, count, offset);
     let thinned =
         kept.chunk_by(|a, b| a == b).map(|copies| Seed { weight: share * copies.len() as f64, ..seeds[copies[0]] });
     *seeds = thinned.collect();
@@ -163,7 +168,7 @@ mod tests {
     #[test]
     fn expected_copies_are_in_proportion_to_weight_in_any_order() {
         let systematic =
-            |seeds: &[Seed], count: usize, uniform: &mut dyn FnMut() -> f64| resample(seeds, count, uniform());
+            |seeds: &[Seed], count: usize, uniform: &mut dyn FnMut() -> f64| resample(&ends(seeds), count, uniform());
         let mut seeds = seeds(300);
         for ordered in [false, true] {
             if ordered {
@@ -177,10 +182,11 @@ mod tests {
         // stands there.
         let ignored = |seeds: &[Seed], count: usize, uniform: &mut dyn FnMut() -> f64| {
             let alike: Vec<Seed> = seeds.iter().map(|seed| Seed { weight: 1.0, ..*seed }).collect();
-            resample(&alike, count, uniform())
+            resample(&ends(&alike), count, uniform())
         };
-        let fixed =
-            |seeds: &[Seed], count: usize, uniform: &mut dyn FnMut() -> f64| resample(seeds, count, 0.5 * uniform());
+        let fixed = |seeds: &[Seed], count: usize, uniform: &mut dyn FnMut() -> f64| {
+            resample(&ends(seeds), count, 0.5 * uniform())
+        };
         assert!(worst_bias(&seeds, 64, 20_000, ignored) > 20.0);
         assert!(worst_bias(&seeds, 64, 20_000, fixed) > 20.0);
     }
@@ -189,7 +195,7 @@ mod tests {
     fn every_class_has_its_share_of_the_starts_to_within_one() {
         let mut seeds = seeds(20_000);
         let worst = |seeds: &[Seed], count| {
-            (0..40).map(|i| worst_class(seeds, &resample(seeds, count, f64::from(i) / 40.0))).fold(0.0, f64::max)
+            (0..40).map(|i| worst_class(seeds, &resample(&ends(seeds), count, f64::from(i) / 40.0))).fold(0.0, f64::max)
         };
         let by_number: Vec<f64> = [64, 512, 4096].map(|count| worst(&seeds, count)).to_vec();
         sort(&mut seeds);

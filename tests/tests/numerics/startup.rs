@@ -5,7 +5,7 @@ use ergodic_metropolis::Mixture;
 use ergodic_mutations::{AnyMutation, MultiChain};
 use ergodic_pathspace::{Lengths, Path, PathSpace};
 use ergodic_render::{
-    Budget, ChainRunner, Film, Ledger, Method, Purpose, SplatBuffer, Unobserved, render, render_replicas,
+    Budget, ChainRunner, Film, Ledger, Life, Method, Purpose, SplatBuffer, Unobserved, render, render_replicas,
     render_with_mixture, statistics::MutationStatistics, stream,
 };
 use ergodic_scattering::Filter;
@@ -28,8 +28,8 @@ fn ten_mutations_in_each_of_many_chains_are_unbiased() {
     settings.mlt.seeding.max_samples = 4 * settings.mlt.chains as u64;
     let all = settings.mlt.chains;
     // All at once, or one after the other as chains that begin anew.
-    for (chains, mutations_per_start) in [(all, 0), (all / 4, 10)] {
-        (settings.mlt.chains, settings.mlt.mutations_per_start) = (chains, mutations_per_start);
+    for (chains, life) in [(all, Life::Endless), (all / 4, Life::Mutations(10))] {
+        (settings.mlt.chains, settings.mlt.life) = (chains, life);
         let renderings = render_replicas(&scene, &settings, 48, &Unobserved).expect("valid settings");
         let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
         let mut too_bright = images.clone();

@@ -77,8 +77,20 @@ fn replicas_at(level: usize, levels: usize, asked: usize) -> usize {
     asked * MOST_TIMES.min(1 << shorter.min(MOST_TIMES.ilog2()))
 }
 
+/// What tasks are in the order of: the round, and how late in it one of the `replicas` at one of `levels` budgets has its turn.
+fn turn(replica: usize, replicas: usize, level: usize, levels: usize, rounds: usize) -> (usize, usize) {
+    let round = replica * rounds / replicas;
+    (round, if round.is_multiple_of(2) { level } else { levels - 1 - level })
+}
+
 impl Plan {
     /// As many budgets, each twice the one before, as fit into the seconds left; what the journal has is not done again.
+    ///
+    /// A round has its share of the replicas of every budget, and every other round begins with the longest: a machine that becomes
+    /// slower from hour to hour does so for all budgets alike, and does not bend the slope. The first round tells
+    /// about short budgets soon.
+    ///
+    /// If methods are to end at an error, there is one round: whether a longer budget is needed is known after the shorter one.
     pub fn new(
         entrants: &[Entrant],
         options: &AccuracyOptions,
@@ -86,25 +98,32 @@ impl Plan {
         left: f64,
         journal: &Journal,
     ) -> Result<Self, CliError> {
-        let first = options.first;
+        let (first, asked) = (options.first, usize::from(options.replicas));
+        let rounds = if options.target_error.is_some() { 1 } else { asked };
         let of_levels = |levels: usize| {
             let (mut tasks, mut all, mut cost) = (Vec::new(), 0, 0.0);
             for level in 0..levels {
                 let seconds = first * 2f64.powi(level as i32);
-                let mut of_level = Vec::new();
-                for replica in 0..replicas_at(level, levels, options.replicas.into()) {
-                    // Each replica begins with another method.
-                    for turn in 0..entrants.len() {
-                        let entrant = (turn + replica) % entrants.len();
-                        of_level.push(Task { entrant, level, seconds, replica });
-                    }
-                }
-                let (count, before) = (of_level.len(), tasks.len());
-                let done = |task: &Task| journal.has(&entrants[task.entrant].name, task.level, task.replica);
-                tasks.extend(of_level.into_iter().filter(|task| !done(task)));
+                let replicas = replicas_at(level, levels, asked);
+                let count = replicas * entrants.len();
+                let before = tasks.len();
+                // Each replica begins with another method.
+                let each = (0..replicas).flat_map(|replica| {
+                    (0..entrants.len()).map(move |turn| Task {
+                        entrant: (turn + replica) % entrants.len(),
+                        level,
+                        seconds,
+                        replica,
+                    })
+                });
+                tasks.extend(each.filter(|t| !journal.has(&entrants[t.entrant].name, t.level, t.replica)));
                 cost += (tasks.len() - before) as f64 * seconds / threads.min(count) as f64;
                 all += count;
             }
+            // Stable, so that replicas stay in order within a budget.
+            tasks.sort_by_key(|task| {
+                turn(task.replica, replicas_at(task.level, levels, asked), task.level, levels, rounds)
+            });
             (Self { tasks, all }, cost)
         };
         let mut fits = None;
@@ -155,5 +174,27 @@ mod tests {
         }
         assert_eq!([0, 1, 2].map(|level| replicas_at(level, 3, 2)), [2; 3]);
         assert_eq!(replicas_at(0, 200, 3), 48);
+    }
+
+    #[test]
+    fn budgets_take_turns_and_every_other_round_is_backward() {
+        let (levels, asked, rounds) = (6, 4, 4);
+        let mut turns = Vec::new();
+        for level in 0..levels {
+            let replicas = replicas_at(level, levels, asked);
+            let mut counts = vec![0; rounds];
+            for replica in 0..replicas {
+                let (round, late) = turn(replica, replicas, level, levels, rounds);
+                counts[round] += 1;
+                turns.push((round, late, level));
+            }
+            assert!(counts.iter().all(|count| count * rounds == replicas), "{level}: {counts:?}");
+        }
+        turns.sort_unstable();
+        turns.dedup();
+        let order: Vec<usize> = turns.into_iter().map(|(_, _, level)| level).collect();
+        assert_eq!(order[..12], [0, 1, 2, 3, 4, 5, 5, 4, 3, 2, 1, 0]);
+        assert_eq!(order.len(), levels * rounds);
+        assert_eq!(turn(5, 6, 2, 3, 1), (0, 2), "in one round, budgets in order");
     }
 }

@@ -38,6 +38,9 @@ const METRICS: [Metric; 4] = [
 /// Errors that are looked at: a power of ten or half of one.
 const LEVELS: [f64; 11] = [1.0, 0.3, 0.1, 0.03, 0.01, 0.003, 0.001, 3e-4, 1e-4, 3e-5, 1e-5];
 
+/// Replicas that a budget needs at least to be shown, unless fewer are asked for: a run that is stopped has fewer of the long ones.
+const LEAST_REPLICAS: usize = 4;
+
 /// One method.
 struct Entry {
     name: String,
@@ -54,11 +57,12 @@ struct Entry {
 pub struct Accuracy {
     entries: Vec<Entry>,
     about: Value,
+    /// Of the budgets that are shown, the fewest.
     replicas: usize,
 }
 
 impl Accuracy {
-    /// From the replicas; budgets for which some are missing are left out.
+    /// From the replicas; budgets that have too few, and longer ones, are left out.
     pub fn new(
         scene: &str,
         settings: &Settings,
@@ -69,13 +73,13 @@ impl Accuracy {
         threads: usize,
         stem: &Path,
     ) -> Result<Self, CliError> {
-        let replicas = usize::from(options.replicas);
+        let least = LEAST_REPLICAS.min(options.replicas.into());
         let entry = |entrant: &Entrant| {
             let mut points: Vec<Vec<&Record>> = Vec::new();
             for level in 0.. {
                 let mut of_level: Vec<&Record> =
                     records.iter().filter(|r| r.name == entrant.name && r.level == level).collect();
-                if of_level.len() < replicas {
+                if of_level.len() < least {
                     break;
                 }
                 of_level.sort_unstable_by_key(|record| record.replica);
@@ -99,11 +103,13 @@ impl Accuracy {
             }
         };
         let entries: Vec<Entry> = entrants.iter().map(entry).collect();
-        if entries.iter().all(|entry| entry.budgets.is_empty()) {
-            return Err(CliError::Said(
-                "stopped before all replicas of the first budget were done; the same command goes on from here".into(),
-            ));
-        }
+        let counts =
+            entries.iter().filter_map(|entry| entry.curves.first()).flat_map(|curve| &curve.points).map(Vec::len);
+        let Some(replicas) = counts.min() else {
+            return Err(CliError::Said(format!(
+                "stopped before {least} replicas of the first budget were done; the same command goes on from here"
+            )));
+        };
         let about = json!({
             "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),

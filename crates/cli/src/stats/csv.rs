@@ -39,6 +39,7 @@ fn of_run(run: &Run) -> Vec<(&'static str, String)> {
         ("b_relative_error", number(mlt.map(|mlt| mlt.b_relative_error))),
         ("mutations", whole(mlt.map(|mlt| mlt.mutations))),
         ("chains", whole(mlt.map(|mlt| mlt.chains as u64))),
+        ("life", whole(mlt.and_then(|mlt| mlt.life))),
     ]
 }
 

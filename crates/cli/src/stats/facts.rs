@@ -23,7 +23,7 @@ fn largest(mlt: &MltStats, of: fn(&super::format::Quantity) -> Option<f64>, show
     mlt.diagnostics.quantities.iter().filter_map(of).reduce(f64::max).map_or_else(|| "-".into(), show)
 }
 
-const FACTS: [Fact; 15] = [
+const FACTS: [Fact; 16] = [
     ("method", |stats| Some(stats.method.clone())),
     ("size", |stats| Some(format!("{}x{}", stats.width, stats.height))),
     ("samples, or mutations, a pixel", |stats| Some(table::count(stats.samples_per_pixel))),
@@ -45,6 +45,9 @@ const FACTS: [Fact; 15] = [
         })
     }),
     ("chains", |stats| mlt(stats, |m| m.chains.to_string())),
+    ("mutations of a chain before it begins anew", |stats| {
+        mlt(stats, |m| m.life.map_or("-".into(), |life| life.to_string()))
+    }),
     ("longest autocorrelation, steps", |stats| {
         mlt(stats, |m| largest(m, |quantity| quantity.autocorrelation_time, |steps| format!("{steps:.1}")))
     }),

@@ -74,6 +74,8 @@ pub struct MltStats {
     pub direct_seconds: f64,
     pub mutation_seconds: f64,
     pub chains: usize,
+    /// Mutations after which each chain began anew, if ever.
+    pub life: Option<u64>,
     /// Mean luminance over the image of the paths that the chains sample.
     pub b: f64,
     /// Not finite if no seed carried light.

@@ -16,11 +16,11 @@ pub(crate) const MOST_SEEDS: u64 = 1 << 31;
 pub struct MltSettings {
     /// The mixture: weights and mutations.
     pub mutations: Vec<(f64, AnyMutation)>,
-    /// Number of independent chains at once; within a budget of time fewer, 16 at least, if else they would not make
-    /// `mutations_per_start` mutations each.
+    /// Number of independent chains at once; within a budget of time fewer, 16 at least, if else they would not have a whole
+    /// life each.
     pub chains: usize,
-    /// Mutations after which a chain begins anew from another start; 0 for never.
-    pub mutations_per_start: u64,
+    /// When a chain begins anew from another start.
+    pub life: Life,
     /// Whether the chains' target is luminance over the brightness of the image, as a first stage of few samples saw it, and not luminance
     /// itself, so that dark parts get as good as bright ones.
     pub two_stage: bool,
@@ -59,6 +59,17 @@ pub enum PrimarySampler {
     Bidirectional,
 }
 
+/// When chains begin anew.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub enum Life {
+    /// There are as many lives as the seeds are worth: of those whose mean has a relative error e, 1/e².
+    Auto,
+    /// After so many mutations.
+    Mutations(u64),
+    /// Never.
+    Endless,
+}
+
 /// Who renders paths of one and two edges.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub enum Direct {
@@ -93,11 +104,11 @@ impl Default for MltSettings {
         Self {
             mutations: AnyMutation::default_mixture(),
             chains: 512,
-            mutations_per_start: 4096,
+            life: Life::Auto,
             two_stage: true,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
-            share: 0.1,
+            share: 0.2,
             layers: false,
         }
     }
@@ -144,6 +155,9 @@ impl MltSettings {
     pub(super) fn validate(&self) -> Result<(), String> {
         if !(1..=1 << 20).contains(&self.chains) {
             return Err(format!("mlt.chains is {}; it must be from 1 to {}", self.chains, 1 << 20));
+        }
+        if self.life == Life::Mutations(0) {
+            return Err("mlt.life is Mutations(0); give 1 at least, or Endless for chains that never begin anew".into());
         }
         if let Direct::Separate { samples_per_pixel: 0 } = self.direct {
             return Err("mlt.direct: Separate has 0 samples_per_pixel; give at least 1, or use InChain".into());

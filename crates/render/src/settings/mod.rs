@@ -8,7 +8,7 @@ use ergodic_scattering::Lens;
 use serde::{Deserialize, Serialize};
 
 pub(crate) use chains::MOST_SEEDS;
-pub use chains::{Direct, MltSettings, PrimarySampler, PrimarySettings, Seeding};
+pub use chains::{Direct, Life, MltSettings, PrimarySampler, PrimarySettings, Seeding};
 pub use surroundings::{EnvironmentMap, EnvironmentSettings, LightUnits, MediumSettings};
 
 /// Settings of one render.

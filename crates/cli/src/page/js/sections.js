@@ -220,7 +220,7 @@ function renderSections(document_) {
     ["wall time", run.wall_seconds, seconds], ["threads", run.threads], ["instructions", run.instructions], ["version", run.version],
     [run.chains === undefined ? "samples a pixel" : "mutations a pixel", run.samples_per_pixel], ["rays", run.rays], ["rays a second", run.rays_per_second, rate],
     ["mean radiance", element("span", {}, run.mean.map((v, i) => [i ? " " : "", figure(v)]))],
-    ["b", run.b], ["relative error of b", run.b_relative_error, percent], ["seeding samples", run.seeding_samples], ["chains", run.chains],
+    ["b", run.b], ["relative error of b", run.b_relative_error, percent], ["seeding samples", run.seeding_samples], ["chains", run.chains], ["mutations of a chain before it begins anew", run.life],
     ["mutations", run.mutations], ["mutations a second", run.mutations_per_second, rate], ["seeding", run.seeding_seconds, seconds],
     ["direct light", run.direct_seconds, seconds], ["chains took", run.mutation_seconds, seconds],
   ])];

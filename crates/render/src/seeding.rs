@@ -304,8 +304,12 @@ impl Seeds {
         // Uniform for every generation, and spread evenly over the generations.
         let offset = (first + generation as f64 * GOLDEN).fract();
         let starts = starts::resample(&self.ends, count, offset);
-        // Chains of neighbouring numbers do not begin in the same place: a part of them is to stand for all.
-        starts::spread(starts.len()).into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
+        // Chains of neighbouring numbers do not begin in the same place, nor one chain again and again: a part of the chains is to
+        // stand for all.
+        let mut order = starts::spread(starts.len());
+        let turns = generation.checked_rem(order.len() as u64).unwrap_or(0);
+        order.rotate_left(turns as usize);
+        order.into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
     }
 
     /// The path that stands for the sample of a number.

@@ -306,9 +306,7 @@ impl Seeds {
         let starts = starts::resample(&self.ends, count, offset);
         // Chains of neighbouring numbers do not begin in the same place, nor one chain again and again: a part of the chains is to
         // stand for all.
-        let mut order = starts::spread(starts.len());
-        let turns = generation.checked_rem(order.len() as u64).unwrap_or(0);
-        order.rotate_left(turns as usize);
+        let order = starts::spread(starts.len(), generation);
         order.into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
     }
 

@@ -101,12 +101,14 @@ pub(crate) fn thin(seeds: &mut Vec<Seed>, count: usize, offset: f64) {
 }
 
 /// The numbers from 0 to `count` in an order of which every part is spread evenly, and every choice of each n-th as well: that of the
-/// multiples of the golden section between whole numbers.
-pub(crate) fn spread(count: usize) -> Vec<usize> {
+/// multiples of the golden section between whole numbers. It turns by one from generation to generation, so that those that one
+/// chain has one after the other are spread evenly too.
+pub(crate) fn spread(count: usize, generation: u64) -> Vec<usize> {
     let mut by_multiple: Vec<(f64, usize)> = (0..count).map(|i| ((i as f64 * GOLDEN).fract(), i)).collect();
     by_multiple.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     let mut spread = vec![0; count];
     by_multiple.into_iter().enumerate().for_each(|(rank, (_, i))| spread[i] = rank);
+    spread.rotate_left(generation.checked_rem(count as u64).unwrap_or(0) as usize);
     spread
 }
 
@@ -261,7 +263,7 @@ mod tests {
     #[test]
     fn chains_of_any_batch_have_starts_from_everywhere() {
         for count in [1usize, 2, 3, 64, 511, 512, 4096, 10_000] {
-            let order = spread(count);
+            let order = spread(count, 0);
             let mut sorted = order.clone();
             sorted.sort_unstable();
             assert!(sorted.iter().enumerate().all(|(i, n)| i == *n), "each once, of {count}");
@@ -278,6 +280,12 @@ mod tests {
                 assert!(gap(order[..count / 4].to_vec()) < 4.0, "the first quarter of {count}");
                 // In order of place the first chains would all begin in one corner.
                 assert!(gap((0..count / 4).collect()) > 90.0);
+                for chain in [0, 1, count - 1] {
+                    let of_chain = |turns: u64| (0..64).map(|generation| spread(count, generation * turns)[chain]).collect();
+                    assert!(gap(of_chain(1)) < 4.0, "chain {chain} of {count}");
+                    // Without a turn it begins in one place again and again.
+                    assert!(gap(of_chain(0)) > 60.0);
+                }
             }
         }
     }

@@ -108,7 +108,7 @@ impl Default for MltSettings {
             two_stage: true,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
-            share: 0.2,
+            share: 0.1,
             layers: false,
         }
     }

@@ -110,7 +110,7 @@ pub(crate) struct Start<B> {
 /// What watches over a part of a render that begins at `start` and comes before the chains: it may take its share of a budget of time
 /// only, so that the chains have as large a part of a short budget as of a long one.
 pub(crate) fn until<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
-    let share = if settings.mlt.share > 0.0 { settings.mlt.share } else { GREATEST_SHARE };
+    let share = if settings.share() > 0.0 { settings.share() } else { GREATEST_SHARE };
     let deadline = match settings.budget {
         Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share).ok().map(|part| start + part),
         Budget::SamplesPerPixel(_) => None,
@@ -143,7 +143,7 @@ impl LeastWork {
 
 /// The least work of a part that begins at `start` and whose samples take as long as so many mutations.
 pub(crate) fn least_work(settings: &Settings, start: Instant, mutations_per_sample: f64) -> LeastWork {
-    let (share, (width, height)) = (settings.mlt.share, settings.film_size());
+    let (share, (width, height)) = (settings.share(), settings.film_size());
     match settings.budget {
         Budget::SamplesPerPixel(samples) => {
             let mutations = samples * f64::from(width) * f64::from(height);

@@ -281,7 +281,8 @@ mod tests {
                 // In order of place the first chains would all begin in one corner.
                 assert!(gap((0..count / 4).collect()) > 90.0);
                 for chain in [0, 1, count - 1] {
-                    let of_chain = |turns: u64| (0..64).map(|generation| spread(count, generation * turns)[chain]).collect();
+                    let of_chain =
+                        |turns: u64| (0..64).map(|generation| spread(count, generation * turns)[chain]).collect();
                     assert!(gap(of_chain(1)) < 4.0, "chain {chain} of {count}");
                     // Without a turn it begins in one place again and again.
                     assert!(gap(of_chain(0)) > 60.0);

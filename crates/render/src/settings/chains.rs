@@ -48,6 +48,8 @@ pub struct PrimarySettings {
     pub min_step: f64,
     /// Largest move, less than 1/2.
     pub max_step: f64,
+    /// What [`MltSettings::share`] is for paths; less will do, since large steps find what seeds did not.
+    pub share: f64,
 }
 
 /// What makes a sample of a point of primary sample space.
@@ -95,7 +97,13 @@ pub struct Seeding {
 impl Default for PrimarySettings {
     /// The sizes are those of Kelemen et al. (2002).
     fn default() -> Self {
-        Self { sampler: PrimarySampler::Bidirectional, large_step: 0.3, min_step: 1.0 / 1024.0, max_step: 1.0 / 64.0 }
+        Self {
+            sampler: PrimarySampler::Bidirectional,
+            large_step: 0.3,
+            min_step: 1.0 / 1024.0,
+            max_step: 1.0 / 64.0,
+            share: 0.1,
+        }
     }
 }
 
@@ -108,7 +116,7 @@ impl Default for MltSettings {
             two_stage: true,
             direct: Direct::Separate { samples_per_pixel: 32 },
             seeding: Seeding::default(),
-            share: 0.1,
+            share: 0.2,
             layers: false,
         }
     }
@@ -140,8 +148,15 @@ impl PrimarySettings {
                 self.min_step, self.max_step
             ));
         }
-        Ok(())
+        validate_share("primary.share", self.share)
     }
+}
+
+fn validate_share(name: &str, share: f64) -> Result<(), String> {
+    if !(0.0..=GREATEST_SHARE).contains(&share) {
+        return Err(format!("{name} is {share}; it must be from 0 to {GREATEST_SHARE}"));
+    }
+    Ok(())
 }
 
 impl MltSettings {
@@ -172,9 +187,7 @@ impl MltSettings {
             let given = self.seeding.max_samples;
             return Err(format!("mlt.seeding.max_samples is {given}; it must be from 1000 to {MOST_SEEDS}"));
         }
-        if !(0.0..=GREATEST_SHARE).contains(&self.share) {
-            return Err(format!("mlt.share is {}; it must be from 0 to {GREATEST_SHARE}", self.share));
-        }
+        validate_share("mlt.share", self.share)?;
         for (i, (weight, mutation)) in self.mutations.iter().enumerate() {
             if !(weight.is_finite() && *weight >= 0.0) {
                 return Err(format!("mlt.mutations[{i}] has weight {weight}; weights are finite and not negative"));

@@ -224,6 +224,14 @@ impl Settings {
         View { camera, width: self.size.0, height: self.size.1, margin, crop: self.crop }
     }
 
+    /// The share of the work that seeding has, and direct light, of the method's chains.
+    pub(crate) fn share(&self) -> f64 {
+        match self.method {
+            Method::Pssmlt | Method::Mmlt => self.primary.share,
+            Method::Path | Method::Bidirectional | Method::Mlt => self.mlt.share,
+        }
+    }
+
     /// Number of worker threads, one a core if the setting is 0.
     pub fn worker_threads(&self) -> usize {
         match self.threads {

@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 
 use ergodic_assess::Image;
 use ergodic_pathspace::Scene;
-use ergodic_render::{Budget, Direct, Method, Picture, RenderError, Rendering, Settings, Unobserved, render_replicas};
+use ergodic_render::{
+    Budget, Direct, Life, Method, Picture, RenderError, Rendering, Settings, Unobserved, render_replicas,
+};
 use ergodic_scattering::Rgb;
 
 /// A mean over replicas and its standard error, for each channel.
@@ -77,6 +79,8 @@ pub fn settings(method: Method, edges: &RangeInclusive<usize>, side: u32, sample
         ..Settings::default()
     };
     settings.mlt.chains = 64;
+    // What a mutation does wrong adds up; a picture by short lives would be one of their starts.
+    settings.mlt.life = Life::Mutations(4096);
     settings.mlt.direct = Direct::InChain;
     // The mean over the whole picture is b then, which is known better than what chains make.
     settings.mlt.two_stage = false;

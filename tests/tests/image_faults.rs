@@ -7,8 +7,8 @@ use ergodic_metropolis::{Mixture, RandomSource};
 use ergodic_mutations::{AnyMutation, Splice};
 use ergodic_pathspace::{BidirectionalSampler, Lengths, Path, Roulette, Scene};
 use ergodic_render::{
-    Budget, Direct, Estimator, Method, Purpose, Settings, Stage, Unobserved, render_replicas, render_with_mixture,
-    sample_image,
+    Budget, Direct, Estimator, Life, Method, Purpose, Settings, Stage, Unobserved, render_replicas,
+    render_with_mixture, sample_image,
 };
 use ergodic_scattering::{Everything, Filter, Rgb};
 use ergodic_tests::{description, image, nightly, root, view_of};
@@ -36,6 +36,8 @@ fn settings(method: Method, samples: f64, seed: u64) -> Settings {
         Settings { method, size: (64, 64), seed, budget: Budget::SamplesPerPixel(samples), ..Settings::default() };
     settings.mlt.direct = Direct::InChain;
     settings.mlt.chains = 64;
+    // As in `verify`.
+    settings.mlt.life = Life::Mutations(4096);
     settings.mlt.seeding.max_samples = 16_384;
     settings
 }

@@ -6,7 +6,7 @@ use ergodic_assess::{Exposure, Image, Reference, ReplicaTest, Verdict, test_repl
 use ergodic_assets::load;
 use ergodic_mutations::AnyMutation;
 use ergodic_pathspace::Scene;
-use ergodic_render::{Budget, Direct, Method, Settings, render_replicas};
+use ergodic_render::{Budget, Direct, Life, Method, Settings, render_replicas};
 use ergodic_scattering::{Environment, Medium};
 
 use crate::environment;
@@ -23,6 +23,10 @@ const FAMILY_ALPHA: f64 = 0.005;
 /// where a block holds light that is found once in a hundred thousand samples, a first look finds none of it, and the spread of
 /// what it does find says nothing of that. A fault is seen all the better by the second look.
 const SECOND_LOOK: f64 = 8.0;
+
+/// When chains begin anew. Not as soon as the seeds would allow: what a mutation does wrong adds up, and a picture by short lives is
+/// one of their starts.
+const LIFE: Life = Life::Mutations(4096);
 
 /// Weight of the bidirectional mutation beside another that is tested alone.
 const A_LITTLE: f64 = 0.5;
@@ -103,6 +107,7 @@ fn settings(case: &Case, reference: &Reference, work: &Work, options: &VerifyOpt
     settings.mlt.mutations.clone_from(&case.mutations);
     settings.mlt.direct = Direct::InChain;
     settings.mlt.chains = 128;
+    settings.mlt.life = LIFE;
     settings.mlt.seeding.max_samples = (work.seeding as f64 * more) as u64;
     settings
 }

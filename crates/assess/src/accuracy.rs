@@ -249,10 +249,15 @@ fn crossing(late: &[Mean], early: &[Mean]) -> Option<f64> {
 mod tests {
     use super::*;
 
+    /// A number that is uniform on [0, 1).
+    fn uniform(rng: &mut Pcg64) -> f64 {
+        (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
     /// Replicas with errors factor · t^slope, times noise.
     fn curve(name: &str, factor: f64, slope: f64, noise: f64) -> Curve {
         let mut rng = Pcg64::new(7, name.len() as u128);
-        let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut uniform = move || uniform(&mut rng);
         let mut sample = |t: f64| {
             let error = factor * t.powf(slope) * (1.0 + noise * (uniform() + uniform() + uniform() + uniform() - 2.0));
             Sample { seconds: t, error }
@@ -304,7 +309,7 @@ mod tests {
             // All replicas of a budget are up to a tenth faster or slower than others.
             let mut rng = Pcg64::new(11, i as u128);
             for point in &mut noisy.points {
-                let speed = 0.9 + 0.2 * (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+                let speed = 0.9 + 0.2 * uniform(&mut rng);
                 point.iter_mut().for_each(|sample| sample.seconds /= speed);
             }
             let holds = |slope: Interval| usize::from(slope.low <= -1.0 && -1.0 <= slope.high);
@@ -328,7 +333,7 @@ mod tests {
     #[test]
     fn pairs_cancel_what_they_have_in_common() {
         let mut rng = Pcg64::new(3, 5);
-        let mut uniform = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        let mut uniform = move || uniform(&mut rng);
         // A machine that is up to ten times slower now and then, for both.
         let slowness: Vec<f64> = (0..40).map(|_| 1.0 + 9.0 * uniform()).collect();
         let one: Vec<f64> = slowness.iter().map(|s| 2.0 * s * (0.99 + 0.02 * uniform())).collect();

@@ -109,7 +109,7 @@ pub(crate) fn function(chains: &[&Windows], quantity: usize) -> Vec<(u64, f64)> 
 
 #[cfg(test)]
 mod tests {
-    use rand_core::Rng;
+    use ergodic_metropolis::RandomSource;
     use rand_pcg::Pcg64;
 
     use super::*;
@@ -118,7 +118,7 @@ mod tests {
     fn chains(a: f64, steps: u64, run: u64) -> Vec<Windows> {
         let mut rng = Pcg64::new(11, 5);
         // Uniform on an interval of variance 1: correlations do not ask for more.
-        let mut noise = move || ((rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt();
+        let mut noise = move || (rng.uniform() - 0.5) * 12f64.sqrt();
         let chain = |_| {
             let (mut windows, mut x) = (Windows::new(), noise());
             for _ in 0..steps / run {
@@ -169,7 +169,7 @@ mod tests {
         // Each stays where it is for 200 steps, then another begins elsewhere.
         let chains = |ends: bool| {
             let mut rng = Pcg64::new(3, 7);
-            let mut place = move || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+            let mut place = move || rng.uniform();
             let chain = |_| {
                 let mut windows = Windows::new();
                 for _ in 0..100 {

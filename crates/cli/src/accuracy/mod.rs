@@ -1,8 +1,9 @@
 //! `ergodic accuracy`: error against time for several methods on one scene.
 //!
 //! Every point is made by independent replicas with a budget of their own, so that start-up counts in full at every time. Methods
-//! take turns, a replica each, and so do budgets, a round of them each, so that a machine that gets slower does so for all. `plan` says what runs when, `journal` keeps what
-//! is done, so that a run can be stopped and resumed, `pictures` what it looks like, `result` turns it into tables and files, and `plot` draws.
+//! take turns, a replica each, and so do budgets, a round of them each, so that a machine that gets slower does so for all. `plan` says
+//! what runs when, `journal` keeps what is done, so that a run can be stopped and resumed, `pictures` what it looks like, `result` turns
+//! it into tables and files, and `plot` draws.
 
 mod journal;
 mod pictures;

@@ -87,8 +87,8 @@ impl Plan {
     /// As many budgets, each twice the one before, as fit into the seconds left; what the journal has is not done again.
     ///
     /// A round has its share of the replicas of every budget, and every other round begins with the longest: a machine that becomes
-    /// slower from hour to hour does so for all budgets alike, and does not bend the slope. The first round tells
-    /// about short budgets soon.
+    /// slower from hour to hour does so for all budgets alike, and does not bend the slope. The first round tells about short budgets
+    /// soon.
     ///
     /// If methods are to end at an error, there is one round: whether a longer budget is needed is known after the shorter one.
     pub fn new(
@@ -109,8 +109,8 @@ impl Plan {
                 let before = tasks.len();
                 // Each replica begins with another method.
                 let each = (0..replicas).flat_map(|replica| {
-                    (0..entrants.len()).map(move |turn| Task {
-                        entrant: (turn + replica) % entrants.len(),
+                    (0..entrants.len()).map(move |place| Task {
+                        entrant: (place + replica) % entrants.len(),
                         level,
                         seconds,
                         replica,

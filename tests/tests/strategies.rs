@@ -89,6 +89,40 @@ fn paths_are_unoccluded_and_their_edges_can_be_dropped() {
     }
 }
 
+#[test]
+fn walks_for_one_connection_give_the_path_of_all_walks() {
+    for name in SCENES {
+        let space = space(name, (32, 32), LENGTHS);
+        let roulette = Roulette { start: 3, survival: 0.6 };
+        let sampler = || BidirectionalSampler::new(space.lengths, roulette);
+        let (mut all, mut again) = (sampler(), sampler());
+        let (mut path, mut remade) = (Path::default(), Path::default());
+        let (mut alike, mut different) = (0, 0);
+        for index in 0..200 {
+            let numbers = || stream(13, Purpose::Seeding, index);
+            all.sample(&space.scene, &mut numbers(), |all, c| {
+                all.assemble(&space.scene, c.s, c.t, &mut path);
+                again.walk_for(&space.scene, (c.s, c.t), &mut numbers());
+                again.assemble(&space.scene, c.s, c.t, &mut remade);
+                let parts = |path: &Path| (path.edges.clone(), path.scattering.clone(), path.raster, path.wavelength);
+                assert_eq!(parts(&path), parts(&remade), "{name}, sample {index}, {c:?}");
+                assert_eq!(path.class(), remade.class());
+                alike += 1;
+                // A walk from the eye that ends too early leaves other numbers for the walk from the light.
+                if c.s > 1 && all.eye.len() > c.t {
+                    let mut rng = numbers();
+                    again.draw_wavelength(&space.scene, &mut rng);
+                    again.eye.walk(&space.scene, c.t, &roulette, &mut rng);
+                    again.light.walk(&space.scene, c.s, &roulette, &mut rng);
+                    different += usize::from(again.light.len() != c.s || again.light.edges[0] != path.edges[0]);
+                }
+            });
+        }
+        println!("{name}: {alike} alike, {different} of too short a walk differ");
+        assert!(alike > 100 && different > 50, "{name}: {alike}, {different}");
+    }
+}
+
 /// The largest |z| between two single strategies that make the same paths (T9), over all lengths of the space.
 /// `fault` multiplies the estimate of a path made by strategy s.
 pub(crate) fn disagreement(space: &PathSpace, samples: u32, fault: impl Fn(&Path, usize) -> f64) -> f64 {

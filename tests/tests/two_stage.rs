@@ -108,8 +108,8 @@ fn the_integral_of_the_target_is_that_of_luminance_over_brightness() {
     let plain = draw(None);
     assert_eq!(plain.b.to_bits(), plain.target.to_bits());
     // The right half counts 1.5 / 0.5 times as bright as the left one, with a ramp between them.
-    let map = BrightnessMap::new(DVec2::splat(f64::from(SIDE)), (2, 1), &[0.0, 1.0]).map(std::sync::Arc::new);
-    let halves = draw(map.clone());
+    let map = BrightnessMap::new(DVec2::splat(f64::from(SIDE)), (2, 1), &[0.0, 1.0]);
+    let halves = draw(map.as_ref());
     let settings = Settings { max_edges: 6, min_edges: 2, ..settings(Method::Bidirectional, (SIDE, SIDE), 64.0) };
     let picture = render(&scene, &settings, &Unobserved).unwrap().picture;
     let map = map.expect("there is light");

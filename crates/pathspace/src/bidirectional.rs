@@ -93,6 +93,18 @@ impl<R: Repertoire> BidirectionalSampler<R> {
         }
     }
 
+    /// Walks as [`Self::sample`] does with the same numbers, but only as far as the path of one connection needs it: then
+    /// [`Self::assemble`] gives that path.
+    pub fn walk_for(&mut self, scene: &Scene<R>, (s, t): (usize, usize), rng: &mut impl RandomSource) {
+        self.draw_wavelength(scene, rng);
+        // The numbers of the walk from the light come after all those of the walk from the eye.
+        let from_eye = if s > 0 { self.lengths.max_edges + 1 } else { t };
+        self.eye.walk(scene, from_eye, &self.roulette, rng);
+        if s > 0 {
+            self.light.walk(scene, s, &self.roulette, rng);
+        }
+    }
+
     /// Connects the first `s` vertices of the light walk with the first `t` of the eye walk.
     pub fn connect(&self, scene: &Scene<R>, s: usize, t: usize) -> Option<Connection> {
         let (mut estimate, joint) = if s == 0 { self.hit_light(scene, t)? } else { self.join(scene, s, t)? };

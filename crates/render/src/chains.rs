@@ -20,6 +20,7 @@ use crate::mixing::{self, ChainTrace, MixingReport};
 use crate::observer::{Observer, Stage, Until};
 use crate::sampling::{all, sample_until};
 use crate::seeding::{Effort, Seeds};
+use crate::starts::Seed;
 use crate::statistics::MutationStatistics;
 use crate::streams::{Purpose, stream};
 use crate::{BATCHES, Budget, Direct, Film, Picture, RenderError, Settings};
@@ -101,7 +102,7 @@ pub(crate) struct Start<B> {
     pub(crate) brightness: Option<Arc<BrightnessMap>>,
     /// Seconds of the first stage and of seeding.
     pub(crate) seeding_seconds: f64,
-    /// The state that the seed of a number is.
+    /// The state that a seed is.
     pub(crate) begin: B,
     /// Splats that a chain leaves in one step at most, or a little more on average.
     pub(crate) splats_per_step: u64,
@@ -176,7 +177,7 @@ pub(crate) fn render<R, S, B, M>(
 where
     R: Repertoire,
     S: Pictured,
-    B: Fn(&Seeds, u64) -> S + Sync,
+    B: Fn(&Seeds, &Seed) -> S + Sync,
     M: Mutation<State = S> + Sync,
     M::Space: Sync,
     M::Failure: Into<Rejection>,
@@ -219,18 +220,18 @@ where
     let target = S::target(brightness);
     let step = |runner: &mut ChainRunner<S>, count, ledger: &mut Ledger| runner.run(count, mixture, space, ledger);
     let trial = || {
-        let runner = |seed| {
-            let rng = stream(settings.seed, Purpose::Trial, seed);
+        let runner = |seed: &Seed| {
+            let rng = stream(settings.seed, Purpose::Trial, u64::from(seed.index));
             ChainRunner::with_target(target.clone(), 0, begin(&seeds, seed), rng)
         };
-        let mut runners: Vec<ChainRunner<S>> = seeds.chosen(0, TRIAL_CHAINS).into_iter().map(runner).collect();
+        let mut runners: Vec<ChainRunner<S>> = seeds.chosen(0, TRIAL_CHAINS).iter().map(runner).collect();
         let mut ledgers = vec![Ledger::new(settings, names); runners.len()];
         let (steps, trial_start) = (TRIAL_STEPS.min(longest_round(splats_per_step)), Instant::now());
         runners.iter_mut().zip(&mut ledgers).for_each(|(runner, ledger)| step(runner, steps, ledger));
         trial_start.elapsed().as_secs_f64() / (runners.len() as u64 * steps) as f64
     };
     let lives = Lives::new(settings, start, seeds.relative_error, trial);
-    let states: Vec<S> = seeds.chosen(0, lives.chains).into_par_iter().map(|seed| begin(&seeds, seed)).collect();
+    let states: Vec<S> = seeds.chosen(0, lives.chains).par_iter().map(|seed| begin(&seeds, seed)).collect();
     let chains = states.len();
     let mut work = share_out(states, &target, settings, names);
     let parts = layers::parts(width as usize * height as usize).min(work.len());
@@ -243,7 +244,7 @@ where
                 for (runner, slot) in batch.runners.iter_mut().zip((i..).step_by(count)) {
                     let index = generation * chains as u64 + slot as u64;
                     let rng = stream(settings.seed, Purpose::Chain, index);
-                    runner.begin_anew(index, begin(&seeds, chosen[slot]), rng, &mut batch.ledger);
+                    runner.begin_anew(index, begin(&seeds, &chosen[slot]), rng, &mut batch.ledger);
                 }
             });
             batch.counts += counts;

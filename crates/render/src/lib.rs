@@ -43,6 +43,7 @@ pub use primary::{
 pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::{Effort, Seeds, Weighed};
+pub use starts::Strategy;
 pub use settings::{
     Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, Life, LightUnits,
     MediumSettings, Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,

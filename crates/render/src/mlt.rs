@@ -12,6 +12,7 @@ use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_
 use crate::first_stage::brightness;
 use crate::observer::{Observer, Unobserved};
 use crate::seeding::Seeds;
+use crate::starts::Seed;
 use crate::streams::{Purpose, stream};
 use crate::{RenderError, Settings};
 
@@ -34,9 +35,9 @@ where
     let roulette = settings.roulette.roulette();
     let effort = seeding_effort(settings, start);
     let (brightness, counts) = brightness(scene, settings, &until_first_stage(settings, start, observer));
-    let mut seeds = Seeds::draw_for(scene, brightness.clone(), (lengths, roulette), effort, settings.seed, &watch);
+    let mut seeds = Seeds::draw_for(scene, brightness.as_deref(), (lengths, roulette), effort, settings.seed, &watch);
     seeds.counts += counts;
-    let begin = |seeds: &Seeds, seed| seeds.path(scene, seed);
+    let begin = |seeds: &Seeds, seed: &Seed| seeds.path(scene, seed);
     let seeding_seconds = seeding_start.elapsed().as_secs_f64();
     let chains = chains::Start { seeds, brightness, seeding_seconds, begin, splats_per_step: 1 };
     let space = PathSpace { scene: scene.clone(), lengths };
@@ -65,9 +66,9 @@ where
     let roulette = settings.roulette.roulette();
     let effort = seeding_effort(settings, Instant::now());
     let (brightness, _) = brightness(scene, settings, &Unobserved);
-    let seeds = Seeds::draw_for(scene, brightness.clone(), (lengths, roulette), effort, settings.seed, &Unobserved);
+    let seeds = Seeds::draw_for(scene, brightness.as_deref(), (lengths, roulette), effort, settings.seed, &Unobserved);
     let (generation, slot) = (record.chain / chains as u64, (record.chain % chains as u64) as usize);
-    let start = seeds.path(scene, *seeds.chosen(generation, chains).get(slot)?);
+    let start = seeds.path(scene, seeds.chosen(generation, chains).get(slot)?);
     let space = PathSpace { scene: scene.clone(), lengths };
     let (target, rng) = (Path::target(brightness), stream(settings.seed, Purpose::Chain, record.chain));
     let mut after = ChainRunner::with_target(target, record.chain, start, rng);

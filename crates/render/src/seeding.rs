@@ -4,8 +4,6 @@
 //! A sample is a pair of walks with many connections. One of them, chosen by its luminance, stands for it while the order of the
 //! samples is found (`starts`), and is the path that a chain begins with.
 
-use std::sync::Arc;
-
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
 use ergodic_pathspace::{BidirectionalSampler, BrightnessMap, Connection, Lengths, Path, PathClass, Roulette, Scene};
@@ -19,7 +17,7 @@ use crate::chains::LeastWork;
 use crate::counts::{Counts, counted};
 use crate::observer::{Observer, Stage};
 use crate::settings::MOST_SEEDS;
-use crate::starts::{self, GOLDEN, Seed};
+use crate::starts::{self, GOLDEN, Seed, Strategy};
 use crate::streams::{Purpose, stream};
 
 /// Samples between two looks at the error of b, as chunks times samples in a chunk. The first look comes sooner, for short budgets of
@@ -84,6 +82,8 @@ pub struct Weighed {
     pub class: PathClass,
     /// Where that path meets the image.
     pub raster: DVec2,
+    /// How that path was made, if the sample is walks with many connections.
+    pub strategy: Strategy,
 }
 
 /// The samples that chains start from.
@@ -105,7 +105,6 @@ pub struct Seeds {
     seed: u64,
     lengths: Lengths,
     roulette: Roulette,
-    brightness: Option<Arc<BrightnessMap>>,
 }
 
 /// Chooses one of several things with probability in proportion to their weights, as they come.
@@ -178,28 +177,29 @@ impl Seeds {
     /// The same for chains whose target is luminance over brightness.
     pub fn draw_for<R: Repertoire>(
         scene: &Scene<R>,
-        brightness: Option<Arc<BrightnessMap>>,
+        brightness: Option<&BrightnessMap>,
         (lengths, roulette): (Lengths, Roulette),
         effort: impl Into<Effort>,
         seed: u64,
         observer: &dyn Observer,
     ) -> Self {
         let sampler = || BidirectionalSampler::new(lengths, roulette);
-        let map = brightness.as_deref();
         let weigh = |sampler: &mut BidirectionalSampler<R>, index: u64, rng: &mut Pcg64Dxsm| {
-            let mut choice = Choice::new(map, seed, index);
+            let mut choice = Choice::new(brightness, seed, index);
             let mut class = PathClass::MANY;
             sampler.sample(scene, rng, |sampler, connection| {
                 if choice.offer(&connection) {
                     class = sampler.class(connection.s, connection.t);
                 }
             });
-            let raster = choice.chosen.map_or(DVec2::ZERO, |connection| connection.raster);
-            Weighed { luminance: choice.luminance, weight: choice.draw.sum, class, raster }
+            let (raster, strategy) = choice.chosen.map_or_else(Default::default, |connection| {
+                let Connection { s, t, raster, .. } = connection;
+                (raster, Strategy { s: s as u16, t: t as u16 })
+            });
+            Weighed { luminance: choice.luminance, weight: choice.draw.sum, class, raster, strategy }
         };
         let size = scene.camera().size();
-        let seeds = Self::draw_by(sampler, weigh, size, (lengths, roulette), effort, seed, observer);
-        Self { brightness, ..seeds }
+        Self::draw_by(sampler, weigh, size, (lengths, roulette), effort, seed, observer)
     }
 
     /// The same with samples of any kind: `weigh` takes the sample of a number with a sampler that `sampler` makes; `size` is that of the
@@ -224,7 +224,6 @@ impl Seeds {
             seed,
             lengths,
             roulette,
-            brightness: None,
         };
         let effort = effort.into();
         let (mut sum, mut sum_of_squares, mut luminance) = (0.0, 0.0, 0.0);
@@ -238,8 +237,9 @@ impl Seeds {
             let weighed = weigh(sampler, index, &mut stream(seed, Purpose::Seeding, index));
             let carries = is_usable_number(Place::Seed, weighed.weight) && weighed.weight > 0.0;
             carries.then(|| {
-                let place = starts::place(weighed.class, weighed.raster, size);
-                (Seed { weight: weighed.weight, place, index: index as u32 }, weighed.luminance)
+                let Weighed { luminance, weight, class, raster, strategy } = weighed;
+                let place = starts::place(class, raster, size);
+                (Seed { weight, place, index: index as u32, strategy }, luminance)
             })
         };
         loop {
@@ -297,9 +297,9 @@ impl Seeds {
         self.samples
     }
 
-    /// The samples that `count` chains start from, by number: in proportion to their weight, by systematic resampling. Every
-    /// generation of chains has starts of its own.
-    pub(crate) fn chosen(&self, generation: u64, count: usize) -> Vec<u64> {
+    /// The samples that `count` chains start from: in proportion to their weight, by systematic resampling. Every generation of
+    /// chains has starts of its own.
+    pub(crate) fn chosen(&self, generation: u64, count: usize) -> Vec<Seed> {
         let first = stream(self.seed, Purpose::Starts, u64::MAX).uniform();
         // Uniform for every generation, and spread evenly over the generations.
         let offset = (first + generation as f64 * GOLDEN).fract();
@@ -307,24 +307,21 @@ impl Seeds {
         // Chains of neighbouring numbers do not begin in the same place, nor one chain again and again: a part of the chains is to
         // stand for all.
         let order = starts::spread(starts.len(), generation);
-        order.into_iter().map(|i| u64::from(self.seeds[starts[i]].index)).collect()
+        order.into_iter().map(|i| self.seeds[starts[i]]).collect()
     }
 
-    /// The path that stands for the sample of a number.
-    pub(crate) fn path<R: Repertoire>(&self, scene: &Scene<R>, index: u64) -> Path<R> {
+    /// The path that stands for a sample. Chains begin so often that only what it was made of is made again.
+    pub(crate) fn path<R: Repertoire>(&self, scene: &Scene<R>, seed: &Seed) -> Path<R> {
         let mut sampler = BidirectionalSampler::new(self.lengths, self.roulette);
-        let mut choice = Choice::new(self.brightness.as_deref(), self.seed, index);
-        let mut rng = stream(self.seed, Purpose::Seeding, index);
-        sampler.sample(scene, &mut rng, |_, connection| _ = choice.offer(&connection));
+        let (s, t) = (usize::from(seed.strategy.s), usize::from(seed.strategy.t));
+        sampler.walk_for(scene, (s, t), &mut stream(self.seed, Purpose::Seeding, u64::from(seed.index)));
         let mut path = Path::with_capacity(self.lengths.max_edges);
-        if let Some(connection) = choice.chosen {
-            sampler.assemble(scene, connection.s, connection.t, &mut path);
-        }
+        sampler.assemble(scene, s, t, &mut path);
         path
     }
 
     /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
     pub fn starts<R: Repertoire>(&self, scene: &Scene<R>, count: usize) -> Vec<Path<R>> {
-        self.chosen(0, count).into_iter().map(|index| self.path(scene, index)).collect()
+        self.chosen(0, count).iter().map(|seed| self.path(scene, seed)).collect()
     }
 }

@@ -29,6 +29,17 @@ pub(crate) struct Seed {
     pub(crate) place: u64,
     /// Its number among all samples.
     pub(crate) index: u32,
+    /// Which of its paths stands for it.
+    pub(crate) strategy: Strategy,
+}
+
+/// How the path that stands for a sample was made, where a sample is many paths: by so many vertices from the light and from the eye.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Strategy {
+    /// Vertices from the light.
+    pub s: u16,
+    /// Vertices from the eye.
+    pub t: u16,
 }
 
 /// The place in the order of a path of a class that arrives at `raster` of an image of `size` pixels.
@@ -125,7 +136,8 @@ mod tests {
             .map(|index| {
                 let class = (rng.uniform().powi(3) * 12.0) as u64;
                 let image = (rng.uniform() * 2.0f64.powi(32)) as u64;
-                Seed { weight: 10.0f64.powf(-4.0 * rng.uniform()), place: class << 32 | image, index }
+                let (weight, place) = (10.0f64.powf(-4.0 * rng.uniform()), class << 32 | image);
+                Seed { weight, place, index, strategy: Strategy::default() }
             })
             .collect()
     }

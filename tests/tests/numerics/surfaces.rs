@@ -178,7 +178,7 @@ fn no_jump_from_rough_to_smooth() {
 #[test]
 fn every_roughness_from_one_to_none_agrees_with_path_tracing() {
     let edges = 1..=3;
-    for exponent in (0..=8).step_by(nightly(2, 1)) {
+    for exponent in (0..=8).step_by(nightly(4, 1)) {
         let alpha = 10f64.powf(-0.5 * f64::from(exponent));
         let scene = metal(alpha.sqrt());
         let expected = means(&scene, &settings(Method::Path, &edges, 256.0));

@@ -28,6 +28,7 @@ use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_
 use crate::first_stage::brightness;
 use crate::observer::Observer;
 use crate::seeding::Seeds;
+use crate::starts::Seed;
 use crate::streams::{Purpose, stream};
 use crate::{RenderError, Settings};
 
@@ -57,9 +58,10 @@ pub(crate) fn render<E: Seedable + Sync>(
         &until(settings, start, observer),
     );
     seeds.counts += counts;
-    let begin = |_: &Seeds, seed: u64| {
+    let begin = |_: &Seeds, seed: &Seed| {
         let mut sample = PrimarySample::new(estimator.clone());
-        E::seed(&mut sample, scene, &target, &mut stream(settings.seed, Purpose::Seeding, seed));
+        let mut rng = stream(settings.seed, Purpose::Seeding, u64::from(seed.index));
+        E::seed(&mut sample, scene, &target, &mut rng);
         sample
     };
     let chains = chains::Start {

@@ -13,6 +13,7 @@ use crate::Estimator;
 use crate::bidirectional::BidirectionalPathTracer;
 use crate::path_tracer::PathTracer;
 use crate::seeding::{Draw, Weighed};
+use crate::starts::Strategy;
 
 /// An estimator whose samples chains can start from.
 pub trait Seedable: Estimator {
@@ -26,7 +27,8 @@ pub trait Seedable: Estimator {
     ) -> Weighed {
         sample.draw(scene, rng);
         let (luminance, weight) = (sample.luminance(), target.of(sample));
-        Weighed { luminance, weight, class: sample.class(), raster: sample.brightest() }
+        let (class, raster) = (sample.class(), sample.brightest());
+        Weighed { luminance, weight, class, raster, strategy: Strategy::default() }
     }
 }
 
@@ -61,8 +63,8 @@ impl<R: Repertoire> Seedable for Multiplexed<R> {
                 }
             });
         });
-        let mut found =
-            Weighed { luminance: luminances, weight: draw.sum, class: PathClass::MANY, raster: DVec2::ZERO };
+        let (luminance, weight, class, raster) = (luminances, draw.sum, PathClass::MANY, DVec2::ZERO);
+        let mut found = Weighed { luminance, weight, class, raster, strategy: Strategy::default() };
         if found.weight > 0.0 {
             let drawn = sample.coordinates.clone();
             sample.evaluate(scene, |index| match drawn.get(index) {

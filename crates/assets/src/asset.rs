@@ -171,9 +171,9 @@ impl Asset {
         let centre = (low + high) * 0.5;
         let radius = (high - low).length() * 0.5;
         let half = FRAMING_FOV * 0.5;
-        let narrower = half.min((half.tan() * aspect).atan());
+        let narrower = half.min(libm::atan(libm::tan(half) * aspect));
         let direction = DVec3::new(0.4, 0.3, 1.0).normalize();
-        let eye = centre + direction * (radius / narrower.sin());
+        let eye = centre + direction * (radius / libm::sin(narrower));
         let right = DVec3::Y.cross(direction).normalize();
         let matrix3 = DMat3::from_cols(right, direction.cross(right), direction);
         let transform = DAffine3 { matrix3, translation: eye };

@@ -305,7 +305,7 @@ fn punctual(light: &Light, emitted: Rgb, transform: DAffine3, place: &str) -> Re
                 let problem = format!("has cone angles {inner} and {outer}; 0 <= inner <= outer <= pi / 2 must hold");
                 return Err(Flaw::malformed(format!("{place}.spot"), problem));
             }
-            let (cos_inner, cos_outer) = (inner.cos(), outer.cos().max(0.0));
+            let (cos_inner, cos_outer) = (libm::cos(inner), libm::cos(outer).max(0.0));
             Ok(PunctualLight::Spot { position, axis: direction()?, intensity: emitted, cos_inner, cos_outer })
         }
         Checked::Invalid => Err(Flaw::malformed(format!("{place}.type"), "is not point, spot or directional")),

@@ -12,6 +12,8 @@
 //! # Ok::<(), ergodic_assets::AssetError>(())
 //! ```
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod accessor;
 mod asset;
 mod camera;

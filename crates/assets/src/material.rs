@@ -195,7 +195,7 @@ fn read_extensions(
         }
         let color = color.max(Rgb::splat(LEAST_ATTENUATION));
         // An addition of 0 keeps a clear channel from being -0.
-        material.absorption = Rgb::new(-color.x.ln(), -color.y.ln(), -color.z.ln()) / distance + Rgb::ZERO;
+        material.absorption = -color.map(libm::log) / distance + Rgb::ZERO;
     }
     volume_scatter::read(&extensions.others, material, reader)?;
     if let Some(old) = extension::<OldWorkflow>(&extensions.others, OLD_WORKFLOW, &reader.place)? {

@@ -208,7 +208,7 @@ fn decode(bytes: &[u8], encoding: Encoding, place: &str) -> Result<Picture, Flaw
 fn affine(transform: &TextureTransform, place: &str) -> Result<DAffine2, Flaw> {
     let [x, y] = transform.offset.0.map(f64::from);
     let [sx, sy] = transform.scale.0.map(f64::from);
-    let (sin, cos) = f64::from(transform.rotation.0).sin_cos();
+    let (sin, cos) = libm::sincos(f64::from(transform.rotation.0));
     let rotation = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
     let matrix = rotation * DMat2::from_diagonal(DVec2::new(sx, sy));
     let affine = DAffine2 { matrix2: matrix, translation: DVec2::new(x, y) };

@@ -126,6 +126,40 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     }
 }
 
+fn forget_times(value: &mut Value) {
+    match value {
+        Value::Object(fields) => {
+            fields.remove("ns_per_proposal");
+            fields.values_mut().for_each(forget_times);
+        }
+        Value::Array(values) => values.iter_mut().for_each(forget_times),
+        _ => {}
+    }
+}
+
+/// The C library has its functions twice and more, for processors with and without fused multiplication, and their last bits differ. A
+/// render that asked it for one would tell: hundreds of thousands of numbers go into these.
+#[test]
+fn no_number_depends_on_what_the_processor_can_do() {
+    let folder = Folder::new("processor");
+    let scene = scene("ajar");
+    let numbers = |stem: &str, seed: &str, variables: &[(&str, &str)]| {
+        let arguments =
+            ["render", &scene, "-q", "-o", stem, "--size", "64x64", "--samples-per-pixel", "32", "--seed", seed];
+        let status =
+            folder.command().args(arguments).envs(variables.iter().copied()).status().expect("the command starts");
+        assert!(status.success());
+        let file = fs::read(folder.0.join(format!("{stem}.stats.json"))).unwrap();
+        let mut stats: Value = serde_json::from_slice(&file).unwrap();
+        forget_times(&mut stats);
+        ["mean", "b", "diagnostics", "mutation_statistics"].map(|key| stats[key].clone())
+    };
+    let here = numbers("here", "1", &[]);
+    let without = [("ERGODIC_ISA", "plain"), ("GLIBC_TUNABLES", "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX512F")];
+    assert_eq!(here, numbers("without", "1", &without));
+    assert_ne!(here, numbers("other", "2", &[]));
+}
+
 #[test]
 fn options_win_over_set_and_set_over_the_config() {
     let folder = Folder::new("precedence");

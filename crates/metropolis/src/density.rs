@@ -43,8 +43,8 @@ pub fn renormalisation(size: f64) -> Option<(f64, i64)> {
     if (1.0 / RUNNING..=RUNNING).contains(&size) || !(size > 0.0 && size.is_finite()) {
         return None;
     }
-    let power = size.log2().floor().clamp(-1000.0, 1000.0);
-    Some(((-power).exp2(), power as i64))
+    let power = libm::log2(size).floor().clamp(-1000.0, 1000.0);
+    Some((libm::exp2(-power), power as i64))
 }
 
 /// Logarithms up to this size are plain numbers.
@@ -69,7 +69,7 @@ impl Density {
     #[inline]
     pub fn from_ln(ln: f64) -> Self {
         if ln.abs() <= PLAIN_LN {
-            return Self { mantissa: ln.exp(), exponent: 0 };
+            return Self { mantissa: libm::exp(ln), exponent: 0 };
         }
         Self::from_large_ln(ln)
     }
@@ -77,10 +77,10 @@ impl Density {
     #[cold]
     fn from_large_ln(ln: f64) -> Self {
         if !ln.is_finite() {
-            return Self { mantissa: ln.exp(), exponent: 0 };
+            return Self { mantissa: libm::exp(ln), exponent: 0 };
         }
         let exponent = (ln / LN_2).round();
-        Self { mantissa: (ln - exponent * LN_2).exp(), exponent: exponent as i64 }
+        Self { mantissa: libm::exp(ln - exponent * LN_2), exponent: exponent as i64 }
     }
 
     /// Multiplies by `factor`.
@@ -156,7 +156,7 @@ impl Density {
     /// Natural logarithm: -inf for 0, NaN if a factor was NaN or the product negative.
     #[inline]
     pub fn ln(self) -> f64 {
-        self.mantissa.ln() + self.exponent as f64 * LN_2
+        libm::log(self.mantissa) + self.exponent as f64 * LN_2
     }
 
     /// The plain number: infinite or 0 where it leaves the range.

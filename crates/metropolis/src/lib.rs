@@ -4,6 +4,8 @@
 //! density of both. A [`Mixture`] chooses among mutations and is itself a mutation. A [`Chain`] moves one state under
 //! a [`Target`]. Nothing here knows about rendering, threads or files.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 pub mod diagnostics;
 pub mod finite;
 pub mod unit_cube;

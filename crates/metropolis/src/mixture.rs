@@ -176,7 +176,7 @@ impl<M: Mutation> Mutation for Mixture<M> {
     fn ln_density(&self, space: &M::Space, from: &M::State, to: &M::State, (index, plan): Self::Plan) -> f64 {
         let probability = self.probability(index, space, from);
         if probability > 0.0 {
-            probability.ln() + self.members[index].1.ln_density(space, from, to, plan)
+            libm::log(probability) + self.members[index].1.ln_density(space, from, to, plan)
         } else {
             f64::NEG_INFINITY
         }

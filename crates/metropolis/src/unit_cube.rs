@@ -41,7 +41,7 @@ impl SmallStep {
     /// One coordinate moved.
     #[inline]
     pub fn moved(&self, from: f64, rng: &mut impl RandomSource) -> f64 {
-        let size = self.max * (-(self.max / self.min).ln() * rng.uniform()).exp();
+        let size = self.max * libm::exp(-libm::log(self.max / self.min) * rng.uniform());
         let moved = if rng.uniform() < 0.5 { from - size } else { from + size };
         // Rounding may make 1 of what lies just below 0.
         moved.rem_euclid(1.0).min(1f64.next_down())
@@ -53,7 +53,7 @@ impl SmallStep {
         let apart = (from - to).abs();
         let size = apart.min(1.0 - apart);
         let allowed = size >= self.min * (1.0 - SLACK) - f64::EPSILON && size <= self.max * (1.0 + SLACK);
-        if allowed { 1.0 / (2.0 * size * (self.max / self.min).ln()) } else { 0.0 }
+        if allowed { 1.0 / (2.0 * size * libm::log(self.max / self.min)) } else { 0.0 }
     }
 }
 

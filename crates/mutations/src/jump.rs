@@ -1,6 +1,6 @@
 //! The perturbation sizes of Veach 11.4.3: radii whose logarithm is uniform, on the image plane and around a direction.
 
-use ergodic_geometry::{Frame, sin_cos_turns};
+use ergodic_geometry::{Frame, asin, exp, sin_cos_turns};
 use ergodic_metropolis::RandomSource;
 use glam::{DVec2, DVec3};
 use std::cell::Cell;
@@ -43,7 +43,7 @@ impl JumpRange {
     /// A size, from a number in [0, 1).
     #[inline]
     pub(crate) fn size(&self, u: f64) -> f64 {
-        self.max * (-self.ln_ratio * u).exp()
+        self.max * exp(-self.ln_ratio * u)
     }
 
     /// Density of a size: 1 / (r ln(r₂/r₁)).
@@ -82,7 +82,7 @@ impl JumpRange {
     pub(crate) fn turn(&self, w: DVec3, rng: &mut impl RandomSource) -> DVec3 {
         let theta = self.size(rng.uniform());
         let (sin_phi, cos_phi) = sin_cos_turns(rng.uniform());
-        let (sin, cos) = theta.sin_cos();
+        let (sin, cos) = libm::sincos(theta);
         let frame = Frame::from_normal(w);
         (frame.t * (sin * cos_phi) + frame.b * (sin * sin_phi) + w * cos).normalize()
     }
@@ -98,7 +98,7 @@ impl JumpRange {
     #[inline]
     pub(crate) fn pdf_solid_angle(&self, from: DVec3, to: DVec3) -> f64 {
         let half_sine = half_sine_between(from, to);
-        let theta = 2.0 * half_sine.asin();
+        let theta = 2.0 * asin(half_sine);
         if self.contains(theta) && theta < PI {
             // sin θ = 2 sin(θ/2) cos(θ/2)
             let sine = 2.0 * half_sine * (1.0 - half_sine * half_sine).sqrt();
@@ -122,7 +122,7 @@ fn ln_ratio(min: f64, max: f64) -> f64 {
         if (known_min, known_max) == (min, max) {
             return ln;
         }
-        let ln = (max / min).ln();
+        let ln = libm::log(max / min);
         known[place].set((min, max, ln));
         ln
     })
@@ -132,7 +132,7 @@ fn ln_ratio(min: f64, max: f64) -> f64 {
 /// acos of the dot product has none.
 #[inline]
 fn angle_between(a: DVec3, b: DVec3) -> f64 {
-    2.0 * half_sine_between(a, b).asin()
+    2.0 * asin(half_sine_between(a, b))
 }
 
 /// The sine of half the angle between two unit vectors.

@@ -3,6 +3,8 @@
 //! To add a mutation: one file that implements [`PathMutation`] and [`Registered`] for a struct with its settings, and one line in
 //! [`AnyMutation`] below. That gives it dispatch, its RON syntax, its row in the statistics and its place in the laws.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod bidirectional;
 mod caustic;
 mod chains;

@@ -17,14 +17,14 @@ const SPREAD: f64 = 0.1;
 #[inline]
 pub(crate) fn perturb_length(length: f64, rng: &mut impl RandomSource) -> f64 {
     let u = rng.uniform();
-    let x = if u < 0.5 { (1.0 - 2.0 * u).ln() } else { -(2.0 - 2.0 * u).ln() };
-    length * (SPREAD * x).exp()
+    let x = if u < 0.5 { libm::log(1.0 - 2.0 * u) } else { -libm::log(2.0 - 2.0 * u) };
+    length * libm::exp(SPREAD * x)
 }
 
 /// Density per unit of length of `to` near `from`.
 #[inline]
 pub(crate) fn pdf_length(from: f64, to: f64) -> f64 {
-    (-(to / from).ln().abs() / SPREAD).exp() / (2.0 * SPREAD * to)
+    libm::exp(-libm::log(to / from).abs() / SPREAD) / (2.0 * SPREAD * to)
 }
 
 /// The length of edge `i` of a path through the medium: from infinitely far away, from where it begins.

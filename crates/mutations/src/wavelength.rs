@@ -82,7 +82,7 @@ fn stepped(from: Wavelength, rng: &mut impl RandomSource) -> Wavelength {
     // What is left of the number is uniform too.
     let u = (u - KEEP) / (1.0 - KEEP);
     let (sign, u) = if u < 0.5 { (-1.0, 2.0 * u) } else { (1.0, 2.0 * u - 1.0) };
-    from.moved(sign * LARGEST * (-(LARGEST / SMALLEST).ln() * u).exp())
+    from.moved(sign * LARGEST * libm::exp(-libm::log(LARGEST / SMALLEST) * u))
 }
 
 fn pdf_of_step(from: Wavelength, to: Wavelength) -> f64 {
@@ -90,7 +90,7 @@ fn pdf_of_step(from: Wavelength, to: Wavelength) -> f64 {
     if step == 0.0 {
         KEEP
     } else if (SMALLEST * (1.0 - SLACK)..=LARGEST * (1.0 + SLACK)).contains(&step) {
-        (1.0 - KEEP) / (2.0 * step * (LARGEST / SMALLEST).ln())
+        (1.0 - KEEP) / (2.0 * step * libm::log(LARGEST / SMALLEST))
     } else {
         0.0
     }

@@ -76,8 +76,8 @@ pub fn ln_strategy_densities<R: Repertoire>(scene: &Scene<R>, path: &Path<R>) ->
             if !strategy_exists(&path.vertices, s) {
                 return f64::NEG_INFINITY;
             }
-            let from_light: f64 = (0..s).map(|i| pdf_area_from_light(scene, path, i).ln()).sum();
-            let from_eye: f64 = (s..=k).map(|i| pdf_area_from_eye(scene, path, i).ln()).sum();
+            let from_light: f64 = (0..s).map(|i| libm::log(pdf_area_from_light(scene, path, i))).sum();
+            let from_eye: f64 = (s..=k).map(|i| libm::log(pdf_area_from_eye(scene, path, i))).sum();
             from_light + from_eye
         })
         .collect()

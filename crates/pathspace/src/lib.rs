@@ -1,6 +1,8 @@
 //! Path space (Veach 8-10): scene, vertices, paths, the measurement contribution, densities of every strategy, walks,
 //! connection and multiple importance sampling.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod bidirectional;
 mod brightness;
 mod census;

@@ -136,7 +136,7 @@ impl Scene {
             return Err(SceneError::NoExtent);
         }
         // A power of two: scaling by it rounds nothing.
-        let scale = (-half_extent.log2().floor() - 1.0).exp2();
+        let scale = libm::exp2(-libm::log2(half_extent).floor() - 1.0);
         let centre = (low + high) * 0.5;
         let to_scene = DAffine3::from_scale(DVec3::splat(scale)) * DAffine3::from_translation(-centre);
 

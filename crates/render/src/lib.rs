@@ -1,6 +1,8 @@
 //! From a scene and settings to a picture: film, seeding and b, scheduling, statistics, and the estimators path tracing,
 //! bidirectional path tracing and Metropolis light transport.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod autocorrelation;
 mod bidirectional;
 mod bins;
@@ -43,11 +45,11 @@ pub use primary::{
 pub use replicas::render_replicas;
 pub use sampling::{Estimator, Sampled, sample_image};
 pub use seeding::{Effort, Seeds, Weighed};
-pub use starts::Strategy;
 pub use settings::{
     Budget, Direct, EnvironmentMap, EnvironmentSettings, FilterSettings, LensSettings, Life, LightUnits,
     MediumSettings, Method, MltSettings, PrimarySampler, PrimarySettings, RouletteSettings, Seeding, Settings,
 };
+pub use starts::Strategy;
 pub use streams::{Purpose, stream};
 
 use std::time::Instant;

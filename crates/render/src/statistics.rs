@@ -93,7 +93,7 @@ fn jump_interval(pixels: f64) -> usize {
 
 /// From what distance on, and up to which, an interval counts, in pixels. The last has no end; the first is 0 alone.
 pub fn jump_bounds(interval: usize) -> (f64, f64) {
-    let bound = |interval: usize| f64::exp2(f64::from(SHORTEST_JUMP) + interval as f64 - 2.0);
+    let bound = |interval: usize| libm::exp2(f64::from(SHORTEST_JUMP) + interval as f64 - 2.0);
     match interval {
         0 => (0.0, 0.0),
         1 => (0.0, bound(2)),

@@ -74,7 +74,7 @@ impl Camera {
     /// A pinhole camera that looks along the local -z axis of `transform` with +y up (glTF 2.0, section 3.10), `vertical_fov` in
     /// radians over the image's height. Scale in `transform` is ignored.
     pub fn new(transform: DAffine3, vertical_fov: f64, width: u32, height: u32, margin: f64) -> Self {
-        Self::over(transform, 2.0 * (0.5 * vertical_fov).tan(), width, height, margin)
+        Self::over(transform, 2.0 * libm::tan(0.5 * vertical_fov), width, height, margin)
     }
 
     /// An orthographic camera whose image is `tall` high in the world. Its film goes through the origin of `transform`; what lies

@@ -32,7 +32,7 @@ const FACES: [[DVec3; 3]; 6] = [
 
 /// The solid angle of the part of the face z = 1 that lies between its centre and the corner (x, y).
 fn corner(x: f64, y: f64) -> f64 {
-    (x * y).atan2((x * x + y * y + 1.0).sqrt())
+    libm::atan2(x * y, (x * x + y * y + 1.0).sqrt())
 }
 
 impl CubeMap {

@@ -57,7 +57,7 @@ impl Environment {
             return None;
         }
         let rows = row_centres(height);
-        let (sin, cos) = rotation.to_radians().sin_cos();
+        let (sin, cos) = libm::sincos(rotation.to_radians());
         let mut environment = Self {
             width,
             height,
@@ -179,13 +179,13 @@ impl Environment {
         let (x, z) = (cos * w.x - sin * w.z, sin * w.x + cos * w.z);
         let y = w.y.clamp(-1.0, 1.0);
 
-        let above = (y.acos() / PI * self.height as f64 - 0.5).floor();
+        let above = (libm::acos(y) / PI * self.height as f64 - 0.5).floor();
         let row = (above.max(0.0) as usize).min(self.height - 1);
         let next = ((above + 1.0).max(0.0) as usize).min(self.height - 1);
         let down = if next == row { 0.0 } else { (self.rows[row] - y) / (self.rows[row] - self.rows[next]) };
         let down = down.clamp(0.0, 1.0);
 
-        let across = (z.atan2(x) / TAU + 0.5) * self.width as f64 - 0.5;
+        let across = (libm::atan2(z, x) / TAU + 0.5) * self.width as f64 - 0.5;
         let left = across.floor();
         let right = across - left;
         // From -1 for the left half of the first texel to the width less 1.
@@ -231,7 +231,7 @@ impl Environment {
 
 /// y of the centres of the rows of a map, falling.
 fn row_centres(height: usize) -> Vec<f64> {
-    (0..height).map(|j| (PI * (j as f64 + 0.5) / height as f64).cos()).collect()
+    (0..height).map(|j| libm::cos(PI * (j as f64 + 0.5) / height as f64)).collect()
 }
 
 /// The integral in y of a row's tent above and below its centre. At the poles it is flat, elsewhere it falls to 0.
@@ -274,5 +274,6 @@ fn tent_azimuth(width: usize, column: usize, u: f64) -> f64 {
 #[inline]
 fn direction(y: f64, azimuth: f64) -> DVec3 {
     let radius = ((1.0 - y) * (1.0 + y)).sqrt();
-    DVec3::new(radius * azimuth.cos(), y, radius * azimuth.sin())
+    let (sin, cos) = libm::sincos(azimuth);
+    DVec3::new(radius * cos, y, radius * sin)
 }

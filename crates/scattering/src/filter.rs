@@ -57,7 +57,7 @@ impl Filter {
             Self::Box => FilterKernel::Box,
             Self::Gaussian { radius, sigma } => {
                 let exponent = -0.5 / (sigma * sigma);
-                let edge = (exponent * radius * radius).exp();
+                let edge = libm::exp(exponent * radius * radius);
                 // Integral over [-r, r] of exp(-x^2/(2 sigma^2)) - edge; sqrt(2 pi) = 2 sqrt(2) / (2 / sqrt(pi)).
                 let gaussian = sigma * 2.0 * SQRT_2 / FRAC_2_SQRT_PI * erf(radius / (sigma * SQRT_2));
                 let integral = gaussian - 2.0 * radius * edge;
@@ -82,7 +82,7 @@ impl FilterKernel {
             Self::Box => f64::from(u8::from((-0.5..0.5).contains(&d))),
             Self::Gaussian { radius, exponent, edge, normalisation } => {
                 if d.abs() < radius {
-                    ((exponent * d * d).exp() - edge) * normalisation
+                    (libm::exp(exponent * d * d) - edge) * normalisation
                 } else {
                     0.0
                 }
@@ -104,7 +104,7 @@ fn erf(x: f64) -> f64 {
         term *= 2.0 * x * x / (2.0 * n + 1.0);
         sum += term;
     }
-    FRAC_2_SQRT_PI * (-x * x).exp() * sum
+    FRAC_2_SQRT_PI * libm::exp(-x * x) * sum
 }
 
 #[cfg(test)]

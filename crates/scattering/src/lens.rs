@@ -49,7 +49,7 @@ impl Lens {
     pub fn area(&self) -> f64 {
         let unit = match self.sides() {
             None => PI,
-            Some(sides) => 0.5 * sides * (TAU / sides).sin(),
+            Some(sides) => 0.5 * sides * libm::sin(TAU / sides),
         };
         unit * self.radius * self.radius
     }
@@ -69,7 +69,10 @@ impl Lens {
                 // All triangles between the middle and a side are alike.
                 let side = (u[0] * sides).floor().min(sides - 1.0);
                 let (a, b) = warp::uniform_triangle([u[0] * sides - side, u[1]]);
-                let corner = |i: f64| DVec2::from_angle(self.rotation + TAU * i / sides);
+                let corner = |i: f64| {
+                    let (sin, cos) = libm::sincos(self.rotation + TAU * i / sides);
+                    DVec2::new(cos, sin)
+                };
                 corner(side) * a + corner(side + 1.0) * b
             }
         };

@@ -3,6 +3,8 @@
 //! Every lobe is a file with three free-standing functions (value, density, sample); [`Bsdf`] dispatches to them. All
 //! directions point away from the surface and are unit vectors. Nothing here allocates or knows about paths.
 
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
+
 mod albedo_table;
 mod alias;
 mod bsdf;

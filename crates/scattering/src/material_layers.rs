@@ -210,7 +210,8 @@ impl MaterialLayers {
     /// The direction in which anisotropy makes the surface rougher, in the world.
     fn rougher_direction(&self, surface: &Surface, read: &impl Fn(&Option<TextureUse>) -> Option<DVec4>) -> DVec3 {
         let painted = read(&self.anisotropy_texture).map_or(DVec2::X, |texel| texel.truncate().truncate() * 2.0 - 1.0);
-        let turned = DVec2::from_angle(self.anisotropy_rotation).rotate(painted.normalize_or(DVec2::X));
+        let (sin, cos) = libm::sincos(self.anisotropy_rotation);
+        let turned = DVec2::new(cos, sin).rotate(painted.normalize_or(DVec2::X));
         let bitangent = surface.ns.cross(surface.tangent) * surface.bitangent_sign;
         surface.tangent * turned.x + bitangent * turned.y
     }

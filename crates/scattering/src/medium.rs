@@ -55,7 +55,7 @@ impl Medium {
     #[inline]
     pub fn transmittance(&self, distance: f64) -> Rgb {
         let depth = self.extinction() * distance;
-        Rgb::new((-depth.x).exp(), (-depth.y).exp(), (-depth.z).exp())
+        (-depth).map(libm::exp)
     }
 
     /// A free flight, drawn from one number in [0, 1); infinite if the channel that was chosen has none.
@@ -66,7 +66,7 @@ impl Medium {
         let extinction = self.extinction()[channel];
         // Numbers from 0 to 1 again, with 1 left out.
         let rest = (scaled - channel as f64).min(1.0 - f64::EPSILON);
-        if extinction > 0.0 { -(-rest).ln_1p() / extinction } else { f64::INFINITY }
+        if extinction > 0.0 { -libm::log1p(-rest) / extinction } else { f64::INFINITY }
     }
 
     /// Density per unit of length of a flight that ends where the transmittance is `transmittance`: the mean of σ_t exp(-σ_t d).

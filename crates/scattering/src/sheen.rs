@@ -45,7 +45,7 @@ fn raw_albedo(cos: f64, roughness: f64, steps: u32) -> f64 {
         let ring: f64 = (0..sectors)
             .map(|j| {
                 // The other half of the circle is its mirror image.
-                let (sin, cos) = ((f64::from(j) + 0.5) / f64::from(sectors) * PI).sin_cos();
+                let (sin, cos) = libm::sincos((f64::from(j) + 0.5) / f64::from(sectors) * PI);
                 distribution(roughness * roughness, eye + DVec3::new(radius * cos, radius * sin, z))
             })
             .sum();
@@ -60,7 +60,7 @@ fn raw_albedo(cos: f64, roughness: f64, steps: u32) -> f64 {
 fn distribution(alpha: f64, sum: DVec3) -> f64 {
     let sin2 = (sum.x * sum.x + sum.y * sum.y) / sum.length_squared();
     let exponent = 1.0 / alpha;
-    (2.0 + exponent) * (0.5 * exponent * sin2.ln()).exp() * (0.5 * FRAC_1_PI)
+    (2.0 + exponent) * libm::exp(0.5 * exponent * libm::log(sin2)) * (0.5 * FRAC_1_PI)
 }
 
 /// Smith's Lambda of the fibres: a curve fitted by Estevez and Kulla.
@@ -70,8 +70,8 @@ fn lambda(alpha: f64, cos: f64) -> f64 {
     let mix = |rough: f64, smooth: f64| rough + (smooth - rough) * t;
     let (a, b) = (mix(21.5473, 25.3245), mix(3.82987, 3.32435));
     let (c, d, e) = (mix(0.19823, 0.16801), mix(-1.97760, -1.27393), mix(-4.32054, -4.85967));
-    let curve = |x: f64| a / (1.0 + b * x.powf(c)) + d * x + e;
-    if cos < 0.5 { curve(cos).exp() } else { (2.0 * curve(0.5) - curve((1.0 - cos).max(0.0))).exp() }
+    let curve = |x: f64| a / (1.0 + b * libm::pow(x, c)) + d * x + e;
+    if cos < 0.5 { libm::exp(curve(cos)) } else { libm::exp(2.0 * curve(0.5) - curve((1.0 - cos).max(0.0))) }
 }
 
 /// V = G / (4 cos cos).

@@ -73,8 +73,9 @@ fn schlick(f0: Rgb, cos: f64) -> Rgb {
 fn sensitivity(path: f64, shift: Rgb) -> Rgb {
     let phase = TAU * path * 1e-9;
     let [x, y, z, x2] = &*SENSITIVITIES;
-    let at =
-        |g: &Gaussian, shift: f64| g.weight * (g.centre * phase + shift).cos() * (-phase * phase * g.variance).exp();
+    let at = |g: &Gaussian, shift: f64| {
+        g.weight * libm::cos(g.centre * phase + shift) * libm::exp(-phase * phase * g.variance)
+    };
     XYZ_TO_RGB * DVec3::new(at(x, shift.x) + at(x2, shift.x), at(y, shift.y), at(z, shift.z))
 }
 

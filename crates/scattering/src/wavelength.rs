@@ -40,7 +40,7 @@ static RESPONSES: LazyLock<[Rgb; STEPS + 1]> = LazyLock::new(|| {
 fn color_matching(nanometres: f64) -> Rgb {
     let lobe = |height: f64, peak: f64, below: f64, above: f64| {
         let t = (nanometres - peak) / if nanometres < peak { below } else { above };
-        height * (-0.5 * t * t).exp()
+        height * libm::exp(-0.5 * t * t)
     };
     Rgb::new(
         lobe(0.362, 442.0, 16.0, 26.7) + lobe(1.056, 599.8, 37.9, 31.0) + lobe(-0.065, 501.1, 20.4, 26.2),

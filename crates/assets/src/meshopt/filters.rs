@@ -54,7 +54,7 @@ pub(super) fn exponential(bytes: &mut [u8]) {
     for number in bytes.as_chunks_mut::<4>().0 {
         let stored = i32::from_le_bytes(*number);
         let (exponent, mantissa) = (stored >> 24, stored << 8 >> 8);
-        *number = ((f64::from(mantissa) * f64::from(exponent).exp2()) as f32).to_le_bytes();
+        *number = ((f64::from(mantissa) * libm::exp2(f64::from(exponent))) as f32).to_le_bytes();
     }
 }
 

@@ -33,7 +33,7 @@ impl Mutation for FiniteProposal {
     }
 
     fn ln_density(&self, (): &(), from: &usize, to: &usize, (): ()) -> f64 {
-        self.matrix.row(*from)[*to].ln()
+        libm::log(self.matrix.row(*from)[*to])
     }
 }
 
@@ -69,6 +69,6 @@ impl Target for FiniteTarget {
     }
 
     fn ln_density(value: &f64) -> f64 {
-        value.ln()
+        libm::log(*value)
     }
 }

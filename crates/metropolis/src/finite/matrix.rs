@@ -109,7 +109,7 @@ impl TransitionMatrix {
                     }
                     let a = acceptance::<T, M>(mutation, space, (x, &values[i]), (y, &values[j]), plan)
                         .map_err(|_| FiniteError::Faulty { from: i, to: j })?;
-                    let density = ln_density.exp();
+                    let density = libm::exp(ln_density);
                     proposed += density;
                     if i != j {
                         row[j] += density * a;

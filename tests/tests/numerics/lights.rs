@@ -84,7 +84,8 @@ fn two_lights_together_are_the_sum_of_each_alone() {
     for (kind, expected) in alone.iter().enumerate() {
         check(light(kind).0, &lit_by(&[kind]), edges.clone(), [64.0, 0.0, 192.0], expected, 0.02);
     }
-    for (a, b) in [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)] {
+    let pairs = [(0, 1), (2, 3), (1, 2), (0, 2), (0, 3), (1, 3)];
+    for (a, b) in pairs.into_iter().take(nightly(3, 6)) {
         let both = lit_by(&[a, b]);
         let sum: Means = std::array::from_fn(|i| {
             let (a, b) = (alone[a][i], alone[b][i]);

@@ -161,7 +161,7 @@ fn two_rooms_and_a_door_are_the_reference_and_the_longest_stay_is_told() {
     let scene = view_of(description("ajar"), size);
     let mut settings = settings(Method::Mlt, &(1..=16), 32.0);
     settings.size = size;
-    let renderings = render_replicas(&scene, &settings, 32, &Unobserved).expect("valid settings");
+    let renderings = render_replicas(&scene, &settings, nightly(16, 32), &Unobserved).expect("valid settings");
     let longest = renderings.iter().filter_map(|r| r.mlt.as_ref()?.mixing.longest_stay).max_by_key(|stay| stay.steps);
     let images: Vec<Image> = renderings.iter().map(|r| image(&r.picture)).collect();
     let test = test_replicas(&images, &reference).unwrap_or_else(|e| panic!("{e}"));

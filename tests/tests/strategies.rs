@@ -98,7 +98,7 @@ fn walks_for_one_connection_give_the_path_of_all_walks() {
         let (mut all, mut again) = (sampler(), sampler());
         let (mut path, mut remade) = (Path::default(), Path::default());
         let (mut alike, mut different) = (0, 0);
-        for index in 0..200 {
+        for index in 0..2000 {
             let numbers = || stream(13, Purpose::Seeding, index);
             all.sample(&space.scene, &mut numbers(), |all, c| {
                 all.assemble(&space.scene, c.s, c.t, &mut path);

@@ -144,10 +144,10 @@ impl LeastWork {
 
 /// The least work of a part that begins at `start` and whose samples take as long as so many mutations.
 pub(crate) fn least_work(settings: &Settings, start: Instant, mutations_per_sample: f64) -> LeastWork {
-    let (share, (width, height)) = (settings.share(), settings.film_size());
+    let share = settings.share();
     match settings.budget {
         Budget::SamplesPerPixel(samples) => {
-            let mutations = samples * f64::from(width) * f64::from(height);
+            let mutations = samples * settings.pixels();
             LeastWork { samples: share * mutations / mutations_per_sample, not_before: None }
         }
         Budget::Seconds(seconds) => {
@@ -194,7 +194,7 @@ where
     if let Direct::Separate { samples_per_pixel } = settings.mlt.direct {
         let direct = Lengths { min_edges: settings.min_edges, max_edges: settings.max_edges.min(DIRECT_EDGES) };
         let least = least_work(settings, direct_start, MUTATIONS_PER_DIRECT_SAMPLE);
-        let wanted = f64::from(samples_per_pixel).max((least.samples / (f64::from(width) * f64::from(height))).ceil());
+        let wanted = f64::from(samples_per_pixel).max((least.samples / settings.pixels()).ceil());
         let sampled = sample_until(
             scene,
             &BidirectionalPathTracer::new(direct, roulette),
@@ -379,14 +379,12 @@ fn run<S: Pictured>(
     start: Instant,
     observer: &dyn Observer,
 ) -> u64 {
-    let ((width, height), budget) = (settings.film_size(), settings.budget);
-    let longest = longest_round(splats_per_step);
+    let (longest, budget) = (longest_round(splats_per_step), settings.budget);
     if chains == 0 {
         return 0;
     }
-    let pixels = f64::from(width) * f64::from(height);
     let wanted = match budget {
-        Budget::SamplesPerPixel(samples) => Some((samples * pixels / chains as f64).ceil().max(1.0) as u64),
+        Budget::SamplesPerPixel(samples) => Some((samples * settings.pixels() / chains as f64).ceil().max(1.0) as u64),
         Budget::Seconds(_) => None,
     };
     let begun = start.elapsed();

@@ -44,9 +44,8 @@ impl Lives {
         seconds_per_mutation: impl FnOnce() -> f64,
     ) -> Self {
         let MltSettings { chains, life, .. } = settings.mlt;
-        let (width, height) = settings.film_size();
         let mutations = match settings.budget {
-            Budget::SamplesPerPixel(samples) => samples * f64::from(width) * f64::from(height),
+            Budget::SamplesPerPixel(samples) => samples * settings.pixels(),
             Budget::Seconds(seconds) => {
                 let left = (seconds - start.elapsed().as_secs_f64()).max(0.0);
                 left * settings.worker_threads() as f64 / seconds_per_mutation()

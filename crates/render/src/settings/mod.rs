@@ -224,6 +224,12 @@ impl Settings {
         View { camera, width: self.size.0, height: self.size.1, margin, crop: self.crop }
     }
 
+    /// Number of pixels of the film: so many mutations are a sample per pixel.
+    pub(crate) fn pixels(&self) -> f64 {
+        let (width, height) = self.film_size();
+        f64::from(width) * f64::from(height)
+    }
+
     /// The share of the work that seeding has, and direct light, of the method's chains.
     pub(crate) fn share(&self) -> f64 {
         match self.method {

@@ -77,9 +77,7 @@ impl<R: Repertoire> BidirectionalSampler<R> {
 
     /// Walks from both ends, then calls `sink` for every connection that carries light.
     pub fn sample(&mut self, scene: &Scene<R>, rng: &mut impl RandomSource, mut sink: impl FnMut(&Self, Connection)) {
-        self.draw_wavelength(scene, rng);
-        self.eye.walk(scene, self.lengths.max_edges + 1, &self.roulette, rng);
-        self.light.walk(scene, self.lengths.max_edges, &self.roulette, rng);
+        self.walk(scene, (self.lengths.max_edges, self.lengths.max_edges + 1), rng);
         for t in 1..=self.eye.len() {
             for s in 0..=self.light.len() {
                 let edges = (s + t).wrapping_sub(1);
@@ -96,12 +94,18 @@ impl<R: Repertoire> BidirectionalSampler<R> {
     /// Walks as [`Self::sample`] does with the same numbers, but only as far as the path of one connection needs it: then
     /// [`Self::assemble`] gives that path.
     pub fn walk_for(&mut self, scene: &Scene<R>, (s, t): (usize, usize), rng: &mut impl RandomSource) {
-        self.draw_wavelength(scene, rng);
         // The numbers of the walk from the light come after all those of the walk from the eye.
         let from_eye = if s > 0 { self.lengths.max_edges + 1 } else { t };
+        self.walk(scene, (s, from_eye), rng);
+    }
+
+    /// Walks from both ends, up to so many vertices from the light and from the eye. The walk from the light is left as it is if it is to
+    /// have none.
+    fn walk(&mut self, scene: &Scene<R>, (from_light, from_eye): (usize, usize), rng: &mut impl RandomSource) {
+        self.draw_wavelength(scene, rng);
         self.eye.walk(scene, from_eye, &self.roulette, rng);
-        if s > 0 {
-            self.light.walk(scene, s, &self.roulette, rng);
+        if from_light > 0 {
+            self.light.walk(scene, from_light, &self.roulette, rng);
         }
     }
 

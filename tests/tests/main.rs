@@ -16,5 +16,6 @@ mod primary_laws;
 mod rendering;
 mod repertoires;
 mod strategies;
+mod time_budgets;
 mod two_stage;
 mod volume_laws;

@@ -13,7 +13,6 @@ use crate::bidirectional::BidirectionalPathTracer;
 use crate::bins::CAPACITY;
 use crate::chain_runner::{ChainRunner, FaultRecord, Ledger, Pictured};
 use crate::counts::{Counts, counted};
-use crate::first_stage::SHARE_OF_SEEDING;
 use crate::layers::{self, LayerSums, Layers};
 use crate::lives::{Lives, ROUND};
 use crate::mixing::{self, ChainTrace, MixingReport};
@@ -100,7 +99,7 @@ pub(crate) struct Start<B> {
     pub(crate) seeds: Seeds,
     /// What the target is divided by.
     pub(crate) brightness: Option<Arc<BrightnessMap>>,
-    /// Seconds of the first stage and of seeding.
+    /// Seconds until here: of the first stage, of seeding, and of whatever else comes before the chains.
     pub(crate) seeding_seconds: f64,
     /// The state that a seed is.
     pub(crate) begin: B,
@@ -119,10 +118,15 @@ pub(crate) fn until<'a>(settings: &Settings, start: Instant, observer: &'a dyn O
     Until { observer, deadline }
 }
 
-/// The same for the first stage, which has a part of the time for seeding.
-pub(crate) fn until_first_stage<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
+/// The same for what comes before seeding, and may take a part of its share.
+pub(crate) fn until_part<'a>(
+    settings: &Settings,
+    start: Instant,
+    observer: &'a dyn Observer,
+    part_of_seeding: f64,
+) -> Until<'a> {
     let Until { observer, deadline } = until(settings, start, observer);
-    Until { observer, deadline: deadline.map(|deadline| start + (deadline - start).mul_f64(SHARE_OF_SEEDING)) }
+    Until { observer, deadline: deadline.map(|deadline| start + (deadline - start).mul_f64(part_of_seeding)) }
 }
 
 /// What a part of a render before the chains does at least, so that its error goes down with that of the chains.
@@ -383,12 +387,13 @@ fn run<S: Pictured>(
     if chains == 0 {
         return 0;
     }
-    let wanted = match budget {
-        Budget::SamplesPerPixel(samples) => Some((samples * settings.pixels() / chains as f64).ceil().max(1.0) as u64),
-        Budget::Seconds(_) => None,
+    // Steps of each chain in all; with a budget of time, as many as those so far foretell.
+    let mut wanted = match budget {
+        Budget::SamplesPerPixel(samples) => (samples * settings.pixels() / chains as f64).ceil().max(1.0) as u64,
+        Budget::Seconds(_) => u64::MAX,
     };
     let begun = start.elapsed();
-    let mut steps = 0;
+    let mut steps: u64 = 0;
     loop {
         if let Some(life) = life.filter(|life| steps > 0 && steps % life == 0) {
             // A stay that ends is noted, for which there has to be room.
@@ -396,17 +401,20 @@ fn run<S: Pictured>(
             renew(work, steps / life);
         }
         let left = life.map_or(u64::MAX, |life| life - steps % life);
-        let round = wanted.map_or(longest, |wanted| longest.min(wanted - steps)).min(left);
+        let round = longest.min(left).min(wanted.saturating_sub(steps).max(1));
         // Every batch stops where its buffers may be too small for another chain, which depends on nothing but its own chains.
         while !all(work, |batch| batch.advance(round, splats_per_step, &step)) {
             sums.merge(work);
         }
         work.iter_mut().for_each(|batch| batch.next = 0);
         steps += round;
-        let done = match (wanted, budget) {
-            (Some(wanted), _) => steps as f64 / wanted as f64,
-            (None, Budget::Seconds(seconds)) => share_of_time(start.elapsed(), begun, seconds),
-            (None, Budget::SamplesPerPixel(_)) => 1.0,
+        let done = match budget {
+            Budget::SamplesPerPixel(_) => steps as f64 / wanted as f64,
+            Budget::Seconds(seconds) => {
+                let done = share_of_time(start.elapsed(), begun, seconds);
+                wanted = (steps as f64 / done).ceil() as u64;
+                done
+            }
         };
         observer.progress(Stage::Rendering, done.min(1.0));
         if done >= 1.0 || observer.should_stop() {

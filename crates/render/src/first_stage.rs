@@ -19,11 +19,13 @@ use crate::streams::{Purpose, stream};
 const MOST_CELLS: u32 = 64;
 const PIXELS: u32 = 2;
 
-/// Samples for each cell. When there are fewer, cells are joined.
+/// Samples for each cell that are enough, and how few are too few: then cells are joined. The map is smooth, so that it is made of those
+/// of nine cells.
 const SAMPLES: u64 = 16;
+const FEW: u64 = 4;
 
-/// The first stage may take this share of what seeding may take.
-pub(crate) const SHARE_OF_SEEDING: f64 = 0.25;
+/// The part of the time for seeding that the first stage may take.
+pub(crate) const PART_OF_SEEDING: f64 = 0.25;
 
 /// Light seen directly has no error, and lamps would hide what is around them.
 const LEAST_EDGES: usize = 2;
@@ -80,7 +82,7 @@ pub(crate) fn brightness<R: Repertoire>(
     }
     let (roulette, size) = (settings.roulette.roulette(), scene.camera().size());
     let mut grid = Grid::new(settings.film_size());
-    let allowed = (settings.mlt.seeding.max_samples as f64 * SHARE_OF_SEEDING) as u64;
+    let allowed = (settings.mlt.seeding.max_samples as f64 * PART_OF_SEEDING) as u64;
     let wanted = (SAMPLES * grid.sums.len() as u64).min(allowed);
     let mut samples = 0;
     while samples < wanted && (samples == 0 || !observer.should_stop()) {
@@ -110,7 +112,7 @@ pub(crate) fn brightness<R: Repertoire>(
         }
         samples += CHUNKS * length;
     }
-    while grid.sums.len() > 1 && samples < SAMPLES * grid.sums.len() as u64 {
+    while grid.sums.len() > 1 && samples < FEW * grid.sums.len() as u64 {
         grid = grid.joined();
     }
     let map = BrightnessMap::new(size, (grid.columns, grid.rows), &grid.sums);

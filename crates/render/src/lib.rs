@@ -60,7 +60,7 @@ use ergodic_pathspace::{Path, PathSpace, Scene, Within};
 use ergodic_scattering::Repertoire;
 use thiserror::Error;
 
-use chains::{Rendered, chain_lengths};
+use chains::{Rendered, chain_lengths, until_part};
 
 /// What a render came to.
 #[derive(Clone, Debug)]
@@ -199,7 +199,8 @@ impl Within for Render<'_> {
                 Ok(by_chains(scene, settings, rendered))
             }
             Method::Mmlt => {
-                let estimator = Multiplexed::new(scene, chain_lengths(settings), settings.seed);
+                let watch = until_part(settings, start, observer, primary::PILOT_PART_OF_SEEDING);
+                let estimator = Multiplexed::until(scene, chain_lengths(settings), settings.seed, &watch);
                 Ok(by_chains(scene, settings, primary::render(scene, settings, &estimator, start, observer)?))
             }
         }

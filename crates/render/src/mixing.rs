@@ -136,13 +136,16 @@ fn least_agreed(parts: &[&[MutationStatistics]]) -> Option<PathClass> {
         parts.iter().flat_map(|part| part.iter()).flat_map(|s| s.classes()).map(|(class, _)| class).collect();
     classes.sort_unstable_by_key(|class| (class.length, class.specular));
     classes.dedup();
-    let share = |part: &[MutationStatistics], class: PathClass| {
-        let steps: u64 = part.iter().map(|s| s.total().proposed).sum();
-        let here: u64 = part.iter().map(|s| s.class(class).proposed).sum();
-        here as f64 / steps.max(1) as f64
+    let steps: Vec<u64> = parts.iter().map(|part| part.iter().map(|s| s.total().proposed).sum()).collect();
+    let spread = |class: PathClass| {
+        let share = |(part, steps): (&&[MutationStatistics], &u64)| {
+            let here: u64 = part.iter().map(|s| s.class(class).proposed).sum();
+            here as f64 / (*steps).max(1) as f64
+        };
+        parts.iter().zip(&steps).map(share).collect::<Moments>().variance()
     };
-    let spread = |class: PathClass| parts.iter().map(|part| share(part, class)).collect::<Moments>().variance();
-    classes.into_iter().max_by(|a, b| spread(*a).total_cmp(&spread(*b)))
+    let spreads = classes.into_iter().map(|class| (class, spread(class)));
+    spreads.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(class, _)| class)
 }
 
 /// Puts together what the chains show; `parts` are the statistics of parts of the chains.

@@ -8,8 +8,8 @@ use ergodic_pathspace::{Path, PathSpace, Scene};
 use ergodic_scattering::Repertoire;
 
 use crate::chain_runner::{ChainRunner, ChainStep, FaultRecord, Pictured};
-use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_first_stage};
-use crate::first_stage::brightness;
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_part};
+use crate::first_stage::{PART_OF_SEEDING, brightness};
 use crate::observer::{Observer, Unobserved};
 use crate::seeding::Seeds;
 use crate::starts::Seed;
@@ -30,15 +30,14 @@ where
     M: Mutation<Space = PathSpace<R>, State = Path<R>, Plan = Splice, Failure = Rejection> + Sync,
 {
     let lengths = chain_lengths(settings);
-    let seeding_start = Instant::now();
     let watch = until(settings, start, observer);
     let roulette = settings.roulette.roulette();
     let effort = seeding_effort(settings, start);
-    let (brightness, counts) = brightness(scene, settings, &until_first_stage(settings, start, observer));
+    let (brightness, counts) = brightness(scene, settings, &until_part(settings, start, observer, PART_OF_SEEDING));
     let mut seeds = Seeds::draw_for(scene, brightness.as_deref(), (lengths, roulette), effort, settings.seed, &watch);
     seeds.counts += counts;
     let begin = |seeds: &Seeds, seed: &Seed| seeds.path(scene, seed);
-    let seeding_seconds = seeding_start.elapsed().as_secs_f64();
+    let seeding_seconds = start.elapsed().as_secs_f64();
     let chains = chains::Start { seeds, brightness, seeding_seconds, begin, splats_per_step: 1 };
     let space = PathSpace { scene: scene.clone(), lengths };
     chains::render(scene, settings, chains, (mixture, &space), names, start, observer)

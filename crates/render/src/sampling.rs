@@ -89,7 +89,8 @@ impl Sampled {
     }
 }
 
-/// Takes one stratified sample in each pixel in every pass until the budget ends; at least one pass.
+/// Takes one stratified sample in each pixel in every pass until the budget ends; at least one pass. A budget of time ends with the
+/// pass whose end is nearest.
 pub fn sample_image<E: Estimator>(
     scene: &Scene<E::Repertoire>,
     estimator: &E,
@@ -102,9 +103,14 @@ pub fn sample_image<E: Estimator>(
     let start = Instant::now();
     let done = |passes| match budget {
         Budget::SamplesPerPixel(samples) => passes as f64 / samples.ceil(),
-        Budget::Seconds(seconds) => start.elapsed().as_secs_f64() / seconds,
+        Budget::Seconds(seconds) => with_half_a_pass(start.elapsed().as_secs_f64(), passes) / seconds,
     };
     sample_until(scene, estimator, (width, height), filter, done, keys, watch)
+}
+
+/// The time after half a pass more than so many that have taken `elapsed`: when it is over, no other pass would end nearer to it.
+fn with_half_a_pass(elapsed: f64, passes: u64) -> f64 {
+    elapsed * (1.0 + 0.5 / passes as f64)
 }
 
 /// The same until `done` passes are enough: until it says 1 or more.
@@ -179,5 +185,19 @@ impl<E: Estimator> Batch<E> {
             self.next = if x + 1 < width { (x + 1, y) } else { (0, y + step as u32) };
         }
         true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_budget_of_time_ends_with_the_pass_whose_end_is_nearest() {
+        // Passes of a second.
+        let passes = |budget: f64| (1..).find(|passes| with_half_a_pass(*passes as f64, *passes) >= budget).unwrap();
+        for (budget, expected) in [(0.1, 1), (1.4, 1), (1.6, 2), (7.4, 7), (7.6, 8)] {
+            assert_eq!(passes(budget), expected, "{budget}");
+        }
     }
 }

@@ -4,6 +4,8 @@
 //! A sample is a pair of walks with many connections. One of them, chosen by its luminance, stands for it while the order of the
 //! samples is found (`starts`), and is the path that a chain begins with.
 
+use std::ops::RangeInclusive;
+
 use ergodic_metropolis::RandomSource;
 use ergodic_pathspace::stability::{Place, is_usable_number};
 use ergodic_pathspace::{BidirectionalSampler, BrightnessMap, Connection, Lengths, Path, PathClass, Roulette, Scene};
@@ -20,21 +22,21 @@ use crate::settings::MOST_SEEDS;
 use crate::starts::{self, GOLDEN, Seed, Strategy};
 use crate::streams::{Purpose, stream};
 
-/// Samples between two looks at the error of b, as chunks times samples in a chunk. The first look comes sooner, for short budgets of
-/// time: after a chunk of `FIRST_CHUNK`, and then whenever there are twice as many samples.
+/// Samples between two looks at the clock and at the error of b, as chunks times samples in a chunk: an eighth of those so far, so that
+/// no budget of time is missed by much more, but neither so few that the looks cost something nor so many that they are rare.
 pub(crate) const CHUNKS: u64 = 64;
-const CHUNK: u64 = 256;
-const FIRST_CHUNK: u64 = 16;
+const CHUNK: RangeInclusive<u64> = 4..=256;
+const SHARE_OF_LOOK: u64 = 8;
 
 /// Before there are so many samples, their error tells little.
-const FEW: u64 = CHUNKS * CHUNK;
+const FEW: u64 = 16384;
 
 /// So many samples are drawn even if the time for them is over: of fewer, single bright ones start too many of the chains.
 const LEAST: u64 = 4096;
 
 /// How long the chunks are when there are so many samples.
 pub(crate) fn chunk_after(samples: u64) -> u64 {
-    CHUNK.min(FIRST_CHUNK.max(samples / CHUNKS))
+    (samples / (CHUNKS * SHARE_OF_LOOK)).clamp(*CHUNK.start(), *CHUNK.end())
 }
 
 /// Seeds that are kept at most. When there would be more, they are thinned to half as many, which costs the starts little: they are
@@ -284,7 +286,7 @@ impl Seeds {
 
     /// Keeps the list from growing for good.
     fn thin(&mut self) {
-        if self.seeds.len() + FEW as usize > KEPT {
+        if self.seeds.len() as u64 + CHUNKS * CHUNK.end() > KEPT as u64 {
             starts::sort(&mut self.seeds);
             // No two lists that are thinned end with the same number of samples.
             let offset = stream(self.seed, Purpose::Thinning, self.samples).uniform();
@@ -323,5 +325,22 @@ impl Seeds {
     /// The first paths of `count` chains: samples in proportion to their weight, by systematic resampling.
     pub fn starts<R: Repertoire>(&self, scene: &Scene<R>, count: usize) -> Vec<Path<R>> {
         self.chosen(0, count).iter().map(|seed| self.path(scene, seed)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_are_an_eighth_of_the_samples_apart() {
+        let mut samples = 0;
+        for _ in 0..1000 {
+            let more = CHUNKS * chunk_after(samples);
+            assert!(more == 256 || more * SHARE_OF_LOOK <= samples, "{more} after {samples}");
+            assert!(more == 16384 || more * SHARE_OF_LOOK + 8 * 64 > samples, "{more} after {samples}");
+            samples += more;
+        }
+        assert!(samples > 10_000_000, "{samples}: looks stay few");
     }
 }

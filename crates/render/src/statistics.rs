@@ -108,8 +108,9 @@ pub const CLASSIFIED_EDGES: u32 = 8;
 /// Number of classes up to [`CLASSIFIED_EDGES`] edges: 2^(k-1) for each k.
 const CLASSES: usize = (1 << CLASSIFIED_EDGES) - 1;
 
-fn class_index(class: PathClass) -> Option<usize> {
-    (1..=CLASSIFIED_EDGES).contains(&class.length).then(|| (1 << (class.length - 1)) - 1 + class.specular as usize)
+/// Of a class of at most so many edges; shorter ones first.
+fn class_index(class: PathClass) -> usize {
+    (1 << (class.length - 1)) - 1 + class.specular as usize
 }
 
 fn class_of_index(index: usize) -> PathClass {
@@ -117,29 +118,75 @@ fn class_of_index(index: usize) -> PathClass {
     PathClass { length, specular: (index + 1 - (1 << (length - 1))) as u64 }
 }
 
+/// What steps are told apart by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// Of a path that is short enough.
+    Class(PathClass),
+    /// Number of edges of one that is not.
+    Longer(usize),
+    /// [`PathClass::MANY`].
+    Many,
+}
+
+impl Kind {
+    fn of(class: PathClass) -> Self {
+        match class.length {
+            1..=CLASSIFIED_EDGES => Self::Class(class),
+            _ if class == PathClass::MANY => Self::Many,
+            length => Self::Longer(length as usize),
+        }
+    }
+
+    /// Dense, from 0 on.
+    #[inline]
+    fn index(self) -> usize {
+        match self {
+            Self::Class(class) => class_index(class),
+            Self::Many => CLASSES,
+            Self::Longer(edges) => CLASSES + edges - CLASSIFIED_EDGES as usize,
+        }
+    }
+
+    fn of_index(index: usize) -> Self {
+        match index {
+            0..CLASSES => Self::Class(class_of_index(index)),
+            CLASSES => Self::Many,
+            _ => Self::Longer(index - CLASSES + CLASSIFIED_EDGES as usize),
+        }
+    }
+
+    /// How many there are among paths of at most `max_edges` edges.
+    const fn count(max_edges: usize) -> usize {
+        CLASSES + 1 + max_edges.saturating_sub(CLASSIFIED_EDGES as usize)
+    }
+}
+
 /// Tallies of one mutation.
 ///
 /// A step is counted in one place only: by class if the path is short enough, else by length. Everything else is summed
 /// from that.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct MutationStatistics {
     /// Name of the mutation.
     pub name: &'static str,
-    /// Of [`PathClass::MANY`].
-    many: Tally,
-    by_class: Vec<Tally>,
-    /// Of paths that are not told apart by class; index 0 has [`CLASSIFIED_EDGES`] + 1 edges.
-    longer: Vec<Tally>,
+    /// Where the tally of each kind is, by [`Kind::index`].
+    places: Vec<u16>,
+    /// Those of kinds met so far. There is room for all, of which memory that is never met is never touched.
+    tallies: Vec<Tally>,
     /// Sums of acceptance probabilities by the interval of the jump.
     jumps: [f64; JUMP_INTERVALS],
 }
 
+/// The place of a kind that has not been met.
+const NOWHERE: u16 = u16::MAX;
+
 impl MutationStatistics {
     /// Empty tallies for paths of at most `max_edges` edges.
     pub fn new(name: &'static str, max_edges: usize) -> Self {
-        let none = Tally::default();
-        let longer = vec![none; max_edges.saturating_sub(CLASSIFIED_EDGES as usize)];
-        Self { name, many: none, by_class: vec![none; CLASSES], longer, jumps: [0.0; JUMP_INTERVALS] }
+        let count = Kind::count(max_edges);
+        let (places, tallies) = (vec![NOWHERE; count], Vec::with_capacity(count));
+        Self { name, places, tallies, jumps: [0.0; JUMP_INTERVALS] }
     }
 
     /// Empty tallies for each member of a mixture, by their names.
@@ -149,18 +196,30 @@ impl MutationStatistics {
 
     /// Bytes of the tallies for paths of at most `max_edges` edges.
     pub(crate) const fn bytes(max_edges: usize) -> usize {
-        (CLASSES + max_edges.saturating_sub(CLASSIFIED_EDGES as usize)) * size_of::<Tally>()
-            + size_of::<[f64; JUMP_INTERVALS]>()
+        Kind::count(max_edges) * (size_of::<u16>() + size_of::<Tally>()) + size_of::<[f64; JUMP_INTERVALS]>()
+    }
+
+    /// The tally of a kind, empty if it has not been met before.
+    #[inline]
+    fn tally(&mut self, index: usize) -> &mut Tally {
+        let place = &mut self.places[index];
+        if *place == NOWHERE {
+            *place = self.tallies.len() as u16;
+            self.tallies.push(Tally::default());
+        }
+        &mut self.tallies[usize::from(*place)]
+    }
+
+    /// Kinds that have been met, in the order of their indices.
+    fn met(&self) -> impl Iterator<Item = (usize, &Tally)> {
+        let places = self.places.iter().enumerate().filter(|(_, place)| **place != NOWHERE);
+        places.map(|(index, place)| (index, &self.tallies[usize::from(*place)]))
     }
 
     /// Records a step from a path of `class`.
     #[inline]
     pub fn record(&mut self, class: PathClass, outcome: Outcome, nanoseconds: Option<u64>) {
-        let tally = match class_index(class) {
-            Some(index) => &mut self.by_class[index],
-            None if class == PathClass::MANY => &mut self.many,
-            None => &mut self.longer[(class.length - CLASSIFIED_EDGES - 1) as usize],
-        };
+        let tally = self.tally(Kind::of(class).index());
         tally.proposed += 1;
         match outcome {
             Outcome::NotBuilt(reason) => tally.not_built[reason as usize] += 1,
@@ -169,33 +228,29 @@ impl MutationStatistics {
                 tally.acceptance_sum += acceptance;
                 tally.accepted += u64::from(accepted);
                 tally.jump_sum += acceptance * jump;
-                self.jumps[jump_interval(jump)] += acceptance;
             }
         }
         if let Some(nanoseconds) = nanoseconds {
             tally.timed += 1;
             tally.nanoseconds += nanoseconds;
         }
+        if let Outcome::Tried { acceptance, jump, .. } = outcome {
+            self.jumps[jump_interval(jump)] += acceptance;
+        }
     }
 
     /// Adds the tallies of another part of the same run.
     pub fn add(&mut self, other: &Self) {
-        self.many.add(&other.many);
+        other.met().for_each(|(index, more)| self.tally(index).add(more));
         for (sum, more) in self.jumps.iter_mut().zip(&other.jumps) {
             *sum += more;
-        }
-        for (sum, more) in self.by_class.iter_mut().zip(&other.by_class) {
-            sum.add(more);
-        }
-        for (sum, more) in self.longer.iter_mut().zip(&other.longer) {
-            sum.add(more);
         }
     }
 
     /// Everything.
     pub fn total(&self) -> Tally {
-        let mut total = self.many;
-        self.by_class.iter().chain(&self.longer).for_each(|tally| total.add(tally));
+        let mut total = Tally::default();
+        self.met().for_each(|(_, tally)| total.add(tally));
         total
     }
 
@@ -208,26 +263,36 @@ impl MutationStatistics {
 
     /// Lengths (edges of the path that was to be changed) with at least one proposal.
     pub fn lengths(&self) -> Vec<(usize, Tally)> {
-        let longest = CLASSIFIED_EDGES as usize + self.longer.len();
-        let mut lengths = vec![Tally::default(); longest + 1];
-        for (index, tally) in self.by_class.iter().enumerate() {
-            lengths[class_of_index(index).length as usize].add(tally);
+        let mut lengths: Vec<(usize, Tally)> = Vec::new();
+        for (index, tally) in self.met() {
+            let length = match Kind::of_index(index) {
+                Kind::Class(class) => class.length as usize,
+                Kind::Longer(edges) => edges,
+                Kind::Many => continue,
+            };
+            // Indices go up with the length.
+            match lengths.last_mut().filter(|(last, _)| *last == length) {
+                Some((_, sum)) => sum.add(tally),
+                None => lengths.push((length, *tally)),
+            }
         }
-        for (i, tally) in self.longer.iter().enumerate() {
-            lengths[CLASSIFIED_EDGES as usize + 1 + i].add(tally);
-        }
-        lengths.into_iter().enumerate().filter(|(_, tally)| tally.proposed > 0).collect()
+        lengths
     }
 
     /// Of one class; nothing for classes of more than [`CLASSIFIED_EDGES`] edges.
     pub fn class(&self, class: PathClass) -> Tally {
-        class_index(class).map_or_else(Tally::default, |index| self.by_class[index])
+        let Kind::Class(class) = Kind::of(class) else { return Tally::default() };
+        let place = usize::from(self.places[class_index(class)]);
+        self.tallies.get(place).copied().unwrap_or_default()
     }
 
     /// Classes (of the path that was to be changed) with at least one proposal, up to [`CLASSIFIED_EDGES`] edges.
     pub fn classes(&self) -> Vec<(PathClass, Tally)> {
-        let tallies = self.by_class.iter().enumerate().filter(|(_, tally)| tally.proposed > 0);
-        tallies.map(|(index, tally)| (class_of_index(index), *tally)).collect()
+        let class = |(index, tally): (usize, &Tally)| match Kind::of_index(index) {
+            Kind::Class(class) => Some((class, *tally)),
+            Kind::Longer(_) | Kind::Many => None,
+        };
+        self.met().filter_map(class).collect()
     }
 }
 
@@ -236,18 +301,49 @@ mod tests {
     use super::*;
 
     #[test]
-    fn class_indices_are_dense_and_invertible() {
-        let mut seen = vec![false; CLASSES];
-        for length in 1..=CLASSIFIED_EDGES {
-            for specular in 0..1u64 << (length - 1) {
-                let class = PathClass { length, specular };
-                let index = class_index(class).unwrap();
-                assert!(!std::mem::replace(&mut seen[index], true));
-                assert_eq!(class_of_index(index), class);
-            }
+    fn indices_of_kinds_are_dense_and_invertible() {
+        let max_edges = CLASSIFIED_EDGES as usize + 3;
+        let mut seen = vec![false; Kind::count(max_edges)];
+        let classes = (1..=max_edges as u32).flat_map(|length| {
+            let classes = if length <= CLASSIFIED_EDGES { 1 << (length - 1) } else { 1 };
+            (0..classes).map(move |specular| PathClass { length, specular })
+        });
+        for class in classes.chain([PathClass::MANY]) {
+            let kind = Kind::of(class);
+            assert!(!std::mem::replace(&mut seen[kind.index()], true));
+            assert_eq!(Kind::of_index(kind.index()), kind);
+            assert!(kind == Kind::Class(class) || class.length > CLASSIFIED_EDGES || kind == Kind::Many);
         }
         assert!(seen.iter().all(|&s| s));
-        assert_eq!(class_index(PathClass { length: CLASSIFIED_EDGES + 1, specular: 0 }), None);
+    }
+
+    #[test]
+    fn what_was_met_in_any_order_is_told_in_order_and_sums_up() {
+        let class = |length, specular| PathClass { length, specular };
+        let paths = [class(12, 5), class(2, 1), class(3, 0), PathClass::MANY, class(2, 0), class(12, 0), class(2, 1)];
+        let (mut one, mut first, mut second) = {
+            let none = MutationStatistics::new("any", 16);
+            (none.clone(), none.clone(), none)
+        };
+        for (i, path) in paths.into_iter().enumerate() {
+            let outcome = Outcome::Tried { acceptance: 0.5, accepted: i % 2 == 0, jump: 1.0 };
+            one.record(path, outcome, None);
+            if i < 3 { first.record(path, outcome, None) } else { second.record(path, outcome, None) }
+        }
+        // The parts met the kinds in another order.
+        second.add(&first);
+        for statistics in [&one, &second] {
+            let classes: Vec<_> = statistics.classes().iter().map(|(class, tally)| (*class, tally.proposed)).collect();
+            assert_eq!(classes, [(class(2, 0), 1), (class(2, 1), 2), (class(3, 0), 1)]);
+            let lengths: Vec<_> =
+                statistics.lengths().iter().map(|(length, tally)| (*length, tally.proposed)).collect();
+            assert_eq!(lengths, [(2, 3), (3, 1), (12, 2)]);
+            let total = statistics.total();
+            assert_eq!((total.proposed, total.accepted, total.acceptance()), (7, 4, Some(0.5)));
+            assert_eq!(statistics.class(class(2, 1)).proposed, 2);
+            assert_eq!(statistics.class(class(3, 1)), Tally::default());
+            assert_eq!(statistics.class(class(12, 5)), Tally::default());
+        }
     }
 
     #[test]

@@ -21,11 +21,12 @@ use ergodic_pathspace::Scene;
 
 pub use coordinates::{Coordinates, PrimarySample};
 pub use multiplexed::Multiplexed;
+pub(crate) use multiplexed::PILOT_PART_OF_SEEDING;
 pub use mutation::{PrimaryMutation, PrimarySpace, PrimaryTarget, PrimaryValue};
 pub use seeds::Seedable;
 
-use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_first_stage};
-use crate::first_stage::brightness;
+use crate::chains::{self, Rendered, chain_lengths, seeding_effort, until, until_part};
+use crate::first_stage::{PART_OF_SEEDING, brightness};
 use crate::observer::Observer;
 use crate::seeding::Seeds;
 use crate::starts::Seed;
@@ -45,8 +46,7 @@ pub(crate) fn render<E: Seedable + Sync>(
     let mixture = Mixture::new(settings.primary.mutations())?;
     let names: Vec<&str> = mixture.members().iter().map(|(_, mutation)| mutation.name()).collect();
     let space = PrimarySpace { scene: scene.clone() };
-    let seeding_start = Instant::now();
-    let (brightness, counts) = brightness(scene, settings, &until_first_stage(settings, start, observer));
+    let (brightness, counts) = brightness(scene, settings, &until_part(settings, start, observer, PART_OF_SEEDING));
     let target = PrimaryTarget::new(brightness.clone());
     let mut seeds = Seeds::draw_by(
         || PrimarySample::new(estimator.clone()),
@@ -65,7 +65,7 @@ pub(crate) fn render<E: Seedable + Sync>(
         sample
     };
     let chains = chains::Start {
-        seeding_seconds: seeding_start.elapsed().as_secs_f64(),
+        seeding_seconds: start.elapsed().as_secs_f64(),
         seeds,
         brightness,
         begin,

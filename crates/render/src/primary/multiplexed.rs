@@ -13,11 +13,16 @@ use ergodic_scattering::{Everything, Repertoire, Rgb, luminance};
 use glam::DVec2;
 
 use super::coordinates::CHOICES;
+use crate::observer::{Observer, Unobserved};
 use crate::sampling::Estimator;
 use crate::streams::{Purpose, stream};
 
-/// Samples that the shares of the lengths come from.
+/// Samples that the shares of the lengths come from, and how many of them there are between two looks at the clock, one round at least.
 const PILOT: u64 = 4096;
+const ROUND: u64 = 64;
+
+/// The part of the time for seeding that they may take.
+pub(crate) const PILOT_PART_OF_SEEDING: f64 = 0.125;
 
 /// A length has at least this share of what it would have if all were alike, so that none that carries light is lost.
 const FLOOR: f64 = 0.1;
@@ -36,10 +41,18 @@ impl<R: Repertoire> Multiplexed<R> {
     /// Multiplexed sampling of paths of the given lengths, chosen by about as often as they carry light in `scene`. The picture's
     /// expectation does not depend on these shares.
     pub fn new(scene: &Scene<R>, lengths: Lengths, seed: u64) -> Self {
+        Self::until(scene, lengths, seed, &Unobserved)
+    }
+
+    /// The same with shares that are less well known if `observer` wants to stop.
+    pub(crate) fn until(scene: &Scene<R>, lengths: Lengths, seed: u64, observer: &dyn Observer) -> Self {
         let count = (lengths.max_edges + 1).saturating_sub(lengths.min_edges);
         let mut sampler = BidirectionalSampler::new(lengths, Roulette::OFF);
         let mut sums = vec![0.0; count];
         for index in 0..if count > 1 { PILOT } else { 0 } {
+            if index > 0 && index % ROUND == 0 && observer.should_stop() {
+                break;
+            }
             sampler.sample(scene, &mut stream(seed, Purpose::Pilot, index), |_, connection| {
                 let light = luminance(connection.contribution());
                 if light.is_finite() {

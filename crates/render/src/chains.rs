@@ -395,7 +395,7 @@ fn run<S: Pictured>(
     let begun = start.elapsed();
     let mut steps: u64 = 0;
     loop {
-        if let Some(life) = life.filter(|life| steps > 0 && steps % life == 0) {
+        if let Some(life) = life.filter(|life| steps > 0 && steps.is_multiple_of(*life)) {
             // A stay that ends is noted, for which there has to be room.
             sums.merge(work);
             renew(work, steps / life);

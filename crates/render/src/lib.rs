@@ -61,6 +61,7 @@ use ergodic_scattering::Repertoire;
 use thiserror::Error;
 
 use chains::{Rendered, chain_lengths, until_part};
+use counts::counted;
 
 /// What a render came to.
 #[derive(Clone, Debug)]
@@ -200,8 +201,11 @@ impl Within for Render<'_> {
             }
             Method::Mmlt => {
                 let watch = until_part(settings, start, observer, primary::PILOT_PART_OF_SEEDING);
-                let estimator = Multiplexed::until(scene, chain_lengths(settings), settings.seed, &watch);
-                Ok(by_chains(scene, settings, primary::render(scene, settings, &estimator, start, observer)?))
+                let (estimator, counts) =
+                    counted(|| Multiplexed::until(scene, chain_lengths(settings), settings.seed, &watch));
+                let mut rendered = primary::render(scene, settings, &estimator, start, observer)?;
+                rendered.counts += counts;
+                Ok(by_chains(scene, settings, rendered))
             }
         }
     }

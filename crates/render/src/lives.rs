@@ -10,7 +10,8 @@ use std::time::Instant;
 use crate::settings::Life;
 use crate::{Budget, MltSettings, Settings};
 
-/// Mutations that a chain makes between two looks at the clock. Fixed, so that the order of splats does not depend on speed.
+/// Mutations that a chain makes between two looks at the clock, but for what is left at the end of a life or of a budget. Fixed, so that the
+/// order of splats does not depend on speed.
 pub(crate) const ROUND: u64 = 256;
 
 /// Mutations of the shortest life and of the longest, where the seeds decide. A start costs as much as several mutations.

@@ -111,8 +111,8 @@ impl Curve {
         })
     }
 
-    /// Seconds to reach an error, straight between the points on logarithmic axes; `None` if it is not reached, or from the
-    /// first point on.
+    /// Seconds after which the error is no longer above a level, straight between the points on logarithmic axes; `None` if it is at the
+    /// last point, or at none. A smaller error is never reached sooner than a larger one, however rough the curve.
     pub fn time_to_reach(&self, error: f64) -> Option<Interval> {
         bootstrap([self], |[means]| time_to_reach(means, error))
     }
@@ -218,7 +218,8 @@ fn line(means: &[Mean]) -> Option<Line> {
 fn time_to_reach(means: &[Mean], error: f64) -> Option<f64> {
     let points: Vec<(f64, f64)> = logarithms(means).collect();
     let goal = error.ln();
-    let pair = points.windows(2).find(|pair| pair[0].1 > goal && pair[1].1 <= goal)?;
+    let above = points.iter().rposition(|point| point.1 > goal)?;
+    let pair = points.get(above..above + 2)?;
     let share = (pair[0].1 - goal) / (pair[0].1 - pair[1].1);
     Some((pair[0].0 + share * (pair[1].0 - pair[0].0)).exp())
 }
@@ -275,6 +276,13 @@ mod tests {
         assert!(close(fast.time_to_reach(0.01).unwrap().value, 3.0));
         assert_eq!(fast.time_to_reach(1e-6), None, "beyond the last point");
         assert_eq!(fast.time_to_reach(1.0), None, "before the first point");
+        // One point in the middle that is as bad as the first.
+        let mut rough = fast.clone();
+        rough.points[4] = rough.points[0].clone();
+        rough.points[4].iter_mut().for_each(|sample| sample.seconds = fast.points[4][0].seconds);
+        let (more, less) = (rough.time_to_reach(0.05).unwrap().value, rough.time_to_reach(0.01).unwrap().value);
+        let bad = fast.points[4][0].seconds;
+        assert!(bad < more && more < less && less < 2.0 * bad, "{bad} {more} {less}");
         // 0.03 / t = 0.01 / sqrt(t) at t = 9.
         assert!(close(overtakes(&fast, &slow).unwrap().value, 9.0));
         assert_eq!(overtakes(&slow, &fast), None);

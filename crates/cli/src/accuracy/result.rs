@@ -44,6 +44,8 @@ const LEAST_REPLICAS: usize = 4;
 /// One method.
 struct Entry {
     name: String,
+    /// Whether it is by Markov chains.
+    has_chains: bool,
     /// By metric.
     curves: Vec<Curve>,
     budgets: Vec<f64>,
@@ -95,6 +97,7 @@ impl Accuracy {
             let mean = |p: &Vec<&Record>, of: fn(&Record) -> f64| p.iter().map(|r| of(r)).sum::<f64>() / p.len() as f64;
             Entry {
                 name: entrant.name.clone(),
+                has_chains: entrant.method.has_chains(),
                 curves: METRICS.iter().map(|metric| curve(metric.of)).collect(),
                 budgets: points.iter().map(|p| mean(p, |r| r.budget)).collect(),
                 wall: points.iter().map(|p| mean(p, |r| r.wall_seconds)).collect(),
@@ -178,7 +181,9 @@ impl Accuracy {
             });
         }
         text.push('.');
-        if matches!(&best.name[..], "path" | "bidirectional") {
+        let has_chains = |name: &str| self.entries.iter().any(|entry| entry.name == name && entry.has_chains);
+        let mut chains = rivals.iter().filter(|(name, _)| has_chains(name)).peekable();
+        if !has_chains(&best.name) && chains.peek().is_some() && chains.all(|(_, ratio)| ratio.low > 1.0) {
             text.push_str(" The scene is easy: independent samples do better than Markov chains.");
         }
         text
@@ -337,4 +342,53 @@ fn processor() -> String {
     let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpuinfo.lines().find(|line| line.starts_with("model name"));
     model.and_then(|line| line.split_once(':')).map_or_else(String::new, |(_, name)| name.trim().into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A method whose error is `factor` over time, times noise, in four replicas of four budgets.
+    fn entry(name: &str, has_chains: bool, factor: f64, noise: f64) -> Entry {
+        let replica = |seconds: f64, i: i32| {
+            let error = factor / seconds * (1.0 + noise * (f64::from(i) - 1.5));
+            Sample { seconds, error }
+        };
+        let points: Vec<Vec<Sample>> =
+            [1.0, 2.0, 4.0, 8.0].iter().map(|t| (0..4).map(|i| replica(*t, i)).collect()).collect();
+        let curve = Curve { name: name.into(), points };
+        Entry {
+            name: name.into(),
+            has_chains,
+            bias: curve.errors(),
+            budgets: curve.means().iter().map(|(t, _)| *t).collect(),
+            wall: Vec::new(),
+            curves: vec![curve],
+            picture: Value::Null,
+        }
+    }
+
+    fn advice(entries: Vec<Entry>) -> String {
+        Accuracy { entries, about: Value::Null, replicas: 4 }.advice()
+    }
+
+    #[test]
+    fn a_scene_is_called_easy_only_if_chains_took_part_and_are_clearly_worse() {
+        let easy = "The scene is easy";
+        let path = |noise| entry("path", false, 0.02, noise);
+        let clear = advice(vec![path(0.01), entry("mine", true, 0.04, 0.01)]);
+        assert!(
+            clear.starts_with("Use path here") && clear.contains("2.0 times that of mine, the next. The"),
+            "{clear}"
+        );
+        assert!(clear.contains(easy), "{clear}");
+        let vague = advice(vec![path(0.6), entry("mine", true, 0.024, 0.6)]);
+        assert!(vague.contains("but the difference to mine is within what 4 replicas can tell"), "{vague}");
+        let without = advice(vec![path(0.01), entry("bidirectional", false, 0.04, 0.01)]);
+        let hard = advice(vec![path(0.01), entry("mine", true, 0.01, 0.01)]);
+        assert!(hard.starts_with("Use mine here"), "{hard}");
+        for other in [vague, without, hard] {
+            assert!(!other.contains(easy), "{other}");
+        }
+    }
 }

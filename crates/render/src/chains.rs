@@ -110,23 +110,17 @@ pub(crate) struct Start<B> {
 /// What watches over a part of a render that begins at `start` and comes before the chains: it may take its share of a budget of time
 /// only, so that the chains have as large a part of a short budget as of a long one.
 pub(crate) fn until<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer) -> Until<'a> {
+    until_part(settings, start, observer, 1.0)
+}
+
+/// The same for what may take a part of such a share.
+pub(crate) fn until_part<'a>(settings: &Settings, start: Instant, observer: &'a dyn Observer, part: f64) -> Until<'a> {
     let share = if settings.share() > 0.0 { settings.share() } else { GREATEST_SHARE };
     let deadline = match settings.budget {
-        Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share).ok().map(|part| start + part),
+        Budget::Seconds(seconds) => Duration::try_from_secs_f64(seconds * share * part).ok().map(|time| start + time),
         Budget::SamplesPerPixel(_) => None,
     };
     Until { observer, deadline }
-}
-
-/// The same for what comes before seeding, and may take a part of its share.
-pub(crate) fn until_part<'a>(
-    settings: &Settings,
-    start: Instant,
-    observer: &'a dyn Observer,
-    part_of_seeding: f64,
-) -> Until<'a> {
-    let Until { observer, deadline } = until(settings, start, observer);
-    Until { observer, deadline: deadline.map(|deadline| start + (deadline - start).mul_f64(part_of_seeding)) }
 }
 
 /// What a part of a render before the chains does at least, so that its error goes down with that of the chains.
@@ -229,7 +223,8 @@ where
             ChainRunner::with_target(target.clone(), 0, begin(&seeds, seed), rng)
         };
         let mut runners: Vec<ChainRunner<S>> = seeds.chosen(0, TRIAL_CHAINS).iter().map(runner).collect();
-        let mut ledgers = vec![Ledger::new(settings, names); runners.len()];
+        // A copy of one would have no room.
+        let mut ledgers: Vec<Ledger> = runners.iter().map(|_| Ledger::new(settings, names)).collect();
         let (steps, trial_start) = (TRIAL_STEPS.min(longest_round(splats_per_step)), Instant::now());
         runners.iter_mut().zip(&mut ledgers).for_each(|(runner, ledger)| step(runner, steps, ledger));
         trial_start.elapsed().as_secs_f64() / (runners.len() as u64 * steps) as f64
